@@ -1,0 +1,15 @@
+# Compiler flags shared by the library, the program and the tests.
+add_library(femdem_flags INTERFACE)
+target_compile_options(femdem_flags INTERFACE
+  $<$<COMPILE_LANGUAGE:Fortran>:-std=f2008 -Wall -Wextra -Wimplicit-interface -Wimplicit-procedure -Wconversion-extra>)
+if(FEMDEM_WERROR)
+  target_compile_options(femdem_flags INTERFACE $<$<COMPILE_LANGUAGE:Fortran>:-Werror>)
+endif()
+# A maybe-uninitialized warning on an allocatable's descriptor is a known false alarm of gfortran 12.
+target_compile_options(femdem_flags INTERFACE $<$<COMPILE_LANGUAGE:Fortran>:-Wno-maybe-uninitialized>)
+
+set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -g1 -fno-math-errno -fno-trapping-math")
+set(CMAKE_Fortran_FLAGS_DEBUG "-Og -g -fcheck=all -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived")
+if(FEMDEM_NATIVE AND CMAKE_BUILD_TYPE STREQUAL "Release")
+  target_compile_options(femdem_flags INTERFACE $<$<COMPILE_LANGUAGE:Fortran>:-march=native>)
+endif()

@@ -1,0 +1,27 @@
+!> Mathematical constants and the unit conversions between the deck's SI units and the joint laws' MPa and mm.
+module constants_m
+   use kinds_m, only: wp
+   implicit none
+   private
+
+   public :: is_set
+
+   real(wp), parameter, public :: pi = acos(-1.0_wp)
+   !> Radians in a degree
+   real(wp), parameter, public :: radians = pi/180.0_wp
+   !> Pascals in a megapascal, metres in a millimetre, Pa/m in a MPa/mm
+   real(wp), parameter, public :: megapascal = 1.0e6_wp, millimetre = 1.0e-3_wp, megapascal_per_millimetre = 1.0e9_wp
+   !> Value of a deck variable the user has not given (a number no deck means)
+   real(wp), parameter, public :: unset = -huge(1.0_wp)
+
+contains
+
+   !> Has the user given this deck variable?
+   elemental logical function is_set(value)
+      !> Deck variable
+      real(wp), intent(in) :: value
+
+      is_set = value > unset
+   end function is_set
+
+end module constants_m

@@ -1,0 +1,80 @@
+!> Errors are values: procedures add messages to a list, and only the program turns a list into an exit status.
+module errors_m
+   implicit none
+   private
+
+   !> Exit status of the program: done, the run failed, the input is wrong
+   integer, parameter, public :: status_ok = 0, status_failed = 1, status_bad_input = 2
+
+   type :: message_t
+      character(len=:), allocatable :: text
+   end type message_t
+
+   !> A growing list of error messages, reported together
+   type, public :: error_list_t
+      private
+      integer :: n = 0
+      type(message_t), allocatable :: message(:)
+   contains
+      procedure :: add
+      procedure :: count => error_count
+      procedure :: any => any_error
+      procedure :: text
+      procedure :: write => write_errors
+   end type error_list_t
+
+contains
+
+   !> Append a message.
+   subroutine add(self, text)
+      class(error_list_t), intent(inout) :: self
+      !> One line without prefix: what, where, the value found, what would be valid
+      character(len=*), intent(in) :: text
+      type(message_t), allocatable :: longer(:)
+
+      if (.not. allocated(self%message)) allocate (self%message(8))
+      if (self%n == size(self%message)) then
+         allocate (longer(2*self%n))
+         longer(:self%n) = self%message
+         call move_alloc(longer, self%message)
+      end if
+      self%n = self%n + 1
+      self%message(self%n)%text = trim(text)
+   end subroutine add
+
+   !> Number of messages.
+   pure integer function error_count(self)
+      class(error_list_t), intent(in) :: self
+
+      error_count = self%n
+   end function error_count
+
+   !> Is there a message at all?
+   pure logical function any_error(self)
+      class(error_list_t), intent(in) :: self
+
+      any_error = self%n > 0
+   end function any_error
+
+   !> The i-th message (empty when there is none).
+   pure function text(self, i)
+      class(error_list_t), intent(in) :: self
+      integer, intent(in) :: i
+      character(len=:), allocatable :: text
+
+      text = ''
+      if (i >= 1 .and. i <= self%n) text = self%message(i)%text
+   end function text
+
+   !> Write all messages, one a line, each with the prefix 'error: '.
+   subroutine write_errors(self, unit)
+      class(error_list_t), intent(in) :: self
+      integer, intent(in) :: unit
+      integer :: i
+
+      do i = 1, self%n
+         write (unit, '(a)') 'error: '//self%message(i)%text
+      end do
+   end subroutine write_errors
+
+end module errors_m

@@ -1,0 +1,101 @@
+!> Small text helpers: numbers to text, letter case, nearest spelling.
+module text_m
+   use kinds_m, only: wp, i8
+   implicit none
+   private
+
+   public :: to_text, lower, nearest_word, quoted
+
+   !> Number to trimmed text
+   interface to_text
+      module procedure integer_to_text, long_to_text, real_to_text
+   end interface to_text
+
+contains
+
+   pure function integer_to_text(value) result(text)
+      integer, intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=12) :: buffer
+
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function integer_to_text
+
+   pure function long_to_text(value) result(text)
+      integer(i8), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function long_to_text
+
+   !> Real to text with six significant digits, in the plainest form that holds them.
+   pure function real_to_text(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+
+      write (buffer, '(g0.6)') value
+      text = trim(adjustl(buffer))
+   end function real_to_text
+
+   !> Text in lower case (ASCII).
+   pure function lower(text)
+      character(len=*), intent(in) :: text
+      character(len=len(text)) :: lower
+      integer :: i, code
+
+      do i = 1, len(text)
+         code = iachar(text(i:i))
+         if (code >= iachar('A') .and. code <= iachar('Z')) code = code + 32
+         lower(i:i) = achar(code)
+      end do
+   end function lower
+
+   !> Text in single quotes, trimmed.
+   pure function quoted(text)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: quoted
+
+      quoted = "'"//trim(text)//"'"
+   end function quoted
+
+   !> The candidate nearest to a misspelt word by edit distance; empty when none is near (distance above half the word).
+   pure function nearest_word(word, candidates)
+      character(len=*), intent(in) :: word
+      character(len=*), intent(in) :: candidates(:)
+      character(len=:), allocatable :: nearest_word
+      integer :: i, distance, best
+
+      nearest_word = ''
+      best = max(1, len_trim(word)/2) + 1
+      do i = 1, size(candidates)
+         distance = edit_distance(lower(trim(word)), lower(trim(candidates(i))))
+         if (distance < best) then
+            best = distance
+            nearest_word = trim(candidates(i))
+         end if
+      end do
+   end function nearest_word
+
+   !> Levenshtein distance between two words.
+   pure integer function edit_distance(a, b)
+      character(len=*), intent(in) :: a, b
+      integer :: row(0:len(b)), i, j, diagonal, keep
+
+      row = [(j, j=0, len(b))]
+      do i = 1, len(a)
+         diagonal = row(0)
+         row(0) = i
+         do j = 1, len(b)
+            keep = row(j)
+            row(j) = min(row(j) + 1, row(j - 1) + 1, diagonal + merge(0, 1, a(i:i) == b(j:j)))
+            diagonal = keep
+         end do
+      end do
+      edit_distance = row(len(b))
+   end function edit_distance
+
+end module text_m
