@@ -4,7 +4,7 @@ module text_m
    implicit none
    private
 
-   public :: to_text, lower, nearest_word, quoted
+   public :: to_text, exact_text, lower, nearest_word, quoted
 
    !> Number to trimmed text
    interface to_text
@@ -40,6 +40,47 @@ contains
       write (buffer, '(g0.6)') value
       text = trim(adjustl(buffer))
    end function real_to_text
+
+   !> Real to the shortest text that reads back as the same number: 0.5, 15, 3e10, 1.25e-5.
+   pure function exact_text(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      !> Digits that always hold a double; exponents written in full rather than with an e
+      integer, parameter :: most_digits = 17, plain_from = -4, plain_to = 6
+      character(len=48) :: buffer
+      character(len=16) :: form
+      real(wp) :: read_back
+      integer :: digits, exponent
+
+      if (.not. abs(value) <= huge(value)) then
+         text = to_text(value)
+         return
+      end if
+      do digits = 1, most_digits
+         write (form, '(a,i0,a)') '(es32.', digits - 1, 'e4)'
+         write (buffer, form) value
+         read (buffer, *) read_back
+         if (abs(read_back - value) <= 0.0_wp) exit
+      end do
+      buffer = adjustl(buffer)
+      read (buffer(index(buffer, 'E') + 1:), *) exponent
+      if (exponent >= plain_from .and. exponent <= plain_to) then
+         write (form, '(a,i0,a)') '(f40.', max(digits - 1 - exponent, 0), ')'
+         write (buffer, form) value
+         text = without_point(trim(adjustl(buffer)))
+      else
+         text = without_point(buffer(:index(buffer, 'E') - 1))//'e'//to_text(exponent)
+      end if
+   end function exact_text
+
+   !> A number's text without a decimal point at its end.
+   pure function without_point(text) result(shorter)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: shorter
+
+      shorter = text
+      if (index(text, '.') == len(text)) shorter = text(:len(text) - 1)
+   end function without_point
 
    !> Text in lower case (ASCII).
    pure function lower(text)

@@ -1,0 +1,87 @@
+!> The group &contact: contact between free surfaces, away from the fractures' own walls.
+module contact_group_m
+   use kinds_m, only: wp
+   use errors_m, only: error_list_t
+   use deck_scan_m, only: group_slice_t
+   use deck_variable_m, only: variable_t, a_number, a_switch, an_option, option_length, namelist_text, &
+                              require_clean_read, check_range, check_choice
+   use deck_write_m, only: begin_group, put, end_group
+   implicit none
+   private
+
+   public :: read_contact, write_contact
+
+   real(wp), parameter :: right_angle = 90.0_wp
+
+   !> &contact
+   type, public :: contact_t
+      !> Line of the deck on which the group starts (0: not in the deck)
+      integer :: line = 0
+      !> Do free surfaces touch each other?
+      logical :: active = .true.
+      !> Friction angle between free surfaces [degrees]
+      real(wp) :: friction_angle = 0.0_wp
+      !> Spring-slider, or eq 4 with the relative velocity
+      character(len=option_length) :: friction = 'slider'
+      !> Skin of the contact search over the edge length [-]
+      real(wp) :: skin_factor = 0.2_wp
+      !> Tangential over normal contact stiffness [-]
+      real(wp) :: tangential_factor = 1.0_wp
+   end type contact_t
+
+   type(variable_t), parameter :: variables(*) = [ &
+      variable_t('active', a_switch), &
+      variable_t('friction_angle', a_number), &
+      variable_t('friction', an_option), &
+      variable_t('skin_factor', a_number), &
+      variable_t('tangential_factor', a_number)]
+   character(len=*), parameter :: frictions(*) = ['slider  ', 'velocity']
+
+contains
+
+   !> Read and check the group.
+   subroutine read_contact(slice, contact, errors)
+      !> The group as written
+      type(group_slice_t), intent(in) :: slice
+      !> Its settings
+      type(contact_t), intent(out) :: contact
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      character(len=256) :: message
+      integer :: status
+      namelist /settings/ contact
+
+      contact%line = slice%line
+      call namelist_text(slice, variables, text, errors)
+      read (text, nml=settings, iostat=status, iomsg=message)
+      call require_clean_read(slice, status, message, errors)
+      call check_contact(slice, contact, errors)
+   end subroutine read_contact
+
+   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   subroutine check_contact(slice, contact, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(contact_t), intent(inout) :: contact
+      type(error_list_t), intent(inout) :: errors
+
+      call check_choice(errors, slice, 'friction', contact%friction, frictions)
+      call check_range(errors, slice, 'friction_angle', contact%friction_angle, least=0.0_wp, below=right_angle)
+      call check_range(errors, slice, 'skin_factor', contact%skin_factor, above=0.0_wp, most=1.0_wp)
+      call check_range(errors, slice, 'tangential_factor', contact%tangential_factor, above=0.0_wp, most=10.0_wp)
+   end subroutine check_contact
+
+   !> Write the effective group, every variable.
+   subroutine write_contact(contact, unit)
+      type(contact_t), intent(in) :: contact
+      integer, intent(in) :: unit
+
+      call begin_group(unit, 'contact')
+      call put(unit, 'active', contact%active)
+      call put(unit, 'friction_angle', contact%friction_angle)
+      call put(unit, 'friction', contact%friction)
+      call put(unit, 'skin_factor', contact%skin_factor)
+      call put(unit, 'tangential_factor', contact%tangential_factor)
+      call end_group(unit)
+   end subroutine write_contact
+
+end module contact_group_m

@@ -1,0 +1,217 @@
+!> The deck: every setting of a run, read once, checked together and never changed afterwards.
+module deck_m
+   use errors_m, only: error_list_t
+   use text_m, only: nearest_word, to_text
+   use deck_scan_m, only: group_slice_t, read_text_file, scan_deck
+   use run_group_m, only: run_t, read_run, write_run
+   use material_group_m, only: material_t, read_material, write_material
+   use joint_group_m, only: joint_t, read_joint, write_joint
+   use contact_group_m, only: contact_t, read_contact, write_contact
+   use boundary_group_m, only: boundary_t, read_boundary, write_boundary
+   use initial_group_m, only: initial_t, read_initial, write_initial
+   use gravity_group_m, only: gravity_t, read_gravity, write_gravity
+   use stage_group_m, only: stage_t, read_stage, write_stage
+   use explicit_group_m, only: explicit_t, read_explicit, write_explicit
+   use output_group_m, only: output_t, read_output, write_output
+   implicit none
+   private
+
+   public :: read_deck, parse_deck, write_deck, deck_path
+
+   !> All groups of a deck
+   type, public :: deck_t
+      !> Path as the user gave it; directory part of it with its last '/' (empty: the working directory)
+      character(len=:), allocatable :: path, directory
+      type(run_t) :: run
+      type(material_t), allocatable :: material(:)
+      type(joint_t), allocatable :: joint(:)
+      type(contact_t) :: contact
+      type(boundary_t), allocatable :: boundary(:)
+      type(initial_t), allocatable :: initial(:)
+      type(gravity_t) :: gravity
+      type(stage_t), allocatable :: stage(:)
+      type(explicit_t) :: explicit
+      type(output_t) :: output
+   end type deck_t
+
+   character(len=*), parameter :: group_names(*) = [character(len=8) :: 'run', 'material', 'joint', 'contact', &
+                                                    'boundary', 'initial', 'gravity', 'stage', 'explicit', 'output']
+   character(len=*), parameter :: repeated_names(*) = [character(len=8) :: 'material', 'joint', 'boundary', 'initial', 'stage']
+
+contains
+
+   !> Read a deck file. All errors of form, name, kind and range are reported together.
+   subroutine read_deck(path, deck, errors)
+      character(len=*), intent(in) :: path
+      type(deck_t), intent(out) :: deck
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      integer :: before
+
+      before = errors%count()
+      call read_text_file(path, text, errors)
+      ! A file that can't be read has one error, not one for every missing group.
+      if (errors%count() > before) text = ''
+      call parse_deck(path, text, deck, errors)
+   end subroutine read_deck
+
+   !> Read a deck from its text.
+   subroutine parse_deck(path, text, deck, errors)
+      !> Path of the deck, for the messages and for the files it names
+      character(len=*), intent(in) :: path
+      character(len=*), intent(in) :: text
+      type(deck_t), intent(out) :: deck
+      type(error_list_t), intent(inout) :: errors
+      type(group_slice_t), allocatable :: slice(:)
+      integer :: i
+
+      deck%path = path
+      deck%directory = path(:index(path, '/', back=.true.))
+      call scan_deck(path, text, slice, errors)
+      call check_group_names(slice, errors)
+      call allocate_repeated(slice, deck)
+      do i = 1, size(slice)
+         call read_group(slice, i, deck, errors)
+      end do
+   end subroutine parse_deck
+
+   !> A path of the deck, which is relative to the deck's directory, as the program can open it.
+   pure function deck_path(deck, path)
+      type(deck_t), intent(in) :: deck
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: deck_path
+
+      deck_path = deck%directory//trim(path)
+      if (index(path, '/') == 1) deck_path = trim(path)
+   end function deck_path
+
+   !> Read one group into its place.
+   subroutine read_group(slice, i, deck, errors)
+      type(group_slice_t), intent(in) :: slice(:)
+      !> Group to read
+      integer, intent(in) :: i
+      type(deck_t), intent(inout) :: deck
+      type(error_list_t), intent(inout) :: errors
+      integer :: n
+
+      n = occurrence(slice, i)
+      select case (slice(i)%name)
+      case ('run')
+         call read_run(slice(i), deck%run, errors)
+      case ('material')
+         call read_material(slice(i), deck%material(n), errors)
+      case ('joint')
+         call read_joint(slice(i), deck%joint(n), errors)
+      case ('contact')
+         call read_contact(slice(i), deck%contact, errors)
+      case ('boundary')
+         call read_boundary(slice(i), deck%boundary(n), errors)
+      case ('initial')
+         call read_initial(slice(i), deck%initial(n), errors)
+      case ('gravity')
+         call read_gravity(slice(i), deck%gravity, errors)
+      case ('stage')
+         call read_stage(slice(i), deck%stage(n), errors)
+      case ('explicit')
+         call read_explicit(slice(i), deck%explicit, errors)
+      case ('output')
+         call read_output(slice(i), deck%output, errors)
+      end select
+   end subroutine read_group
+
+   !> Every group is a known one, and given once unless it may be repeated.
+   subroutine check_group_names(slice, errors)
+      type(group_slice_t), intent(in) :: slice(:)
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: place, nearest
+      integer :: i, first
+
+      do i = 1, size(slice)
+         place = slice(i)%path//':'//to_text(slice(i)%line)//': &'//slice(i)%name
+         if (.not. any(group_names == slice(i)%name)) then
+            nearest = nearest_word(slice(i)%name, group_names)
+            if (nearest /= '') then
+               call errors%add(place//': there is no such group; did you mean &'//nearest//'?')
+            else
+               call errors%add(place//': there is no such group; valid: '//all_groups())
+            end if
+         else if (occurrence(slice, i) == 2 .and. .not. any(repeated_names == slice(i)%name)) then
+            do first = 1, i - 1
+               if (slice(first)%name == slice(i)%name) exit
+            end do
+            call errors%add(place//': this group may be given once only, and was given in line '//to_text(slice(first)%line))
+         end if
+      end do
+   end subroutine check_group_names
+
+   !> Names of all groups, for a message.
+   pure function all_groups()
+      character(len=:), allocatable :: all_groups
+      integer :: i
+
+      all_groups = '&'//trim(group_names(1))
+      do i = 2, size(group_names)
+         all_groups = all_groups//', &'//trim(group_names(i))
+      end do
+   end function all_groups
+
+   !> Make room for the groups that may be repeated.
+   subroutine allocate_repeated(slice, deck)
+      type(group_slice_t), intent(in) :: slice(:)
+      type(deck_t), intent(inout) :: deck
+
+      allocate (deck%material(number_of(slice, 'material')), deck%joint(number_of(slice, 'joint')), &
+                deck%boundary(number_of(slice, 'boundary')), deck%initial(number_of(slice, 'initial')), &
+                deck%stage(number_of(slice, 'stage')))
+   end subroutine allocate_repeated
+
+   !> How many groups of a name there are.
+   pure integer function number_of(slice, name)
+      type(group_slice_t), intent(in) :: slice(:)
+      character(len=*), intent(in) :: name
+      integer :: i
+
+      number_of = 0
+      do i = 1, size(slice)
+         if (slice(i)%name == name) number_of = number_of + 1
+      end do
+   end function number_of
+
+   !> The i-th group is the how-manieth of its name?
+   pure integer function occurrence(slice, i)
+      type(group_slice_t), intent(in) :: slice(:)
+      integer, intent(in) :: i
+
+      occurrence = number_of(slice(:i), slice(i)%name)
+   end function occurrence
+
+   !> Write the effective deck: every variable of every group, defaults too. It can be read again.
+   subroutine write_deck(deck, unit)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: unit
+      integer :: i
+
+      write (unit, '(a,/)') '! Effective deck: every variable, given or default. Read from '//deck%path
+      call write_run(deck%run, unit)
+      do i = 1, size(deck%material)
+         call write_material(deck%material(i), unit)
+      end do
+      do i = 1, size(deck%joint)
+         call write_joint(deck%joint(i), unit)
+      end do
+      call write_contact(deck%contact, unit)
+      do i = 1, size(deck%boundary)
+         call write_boundary(deck%boundary(i), unit)
+      end do
+      do i = 1, size(deck%initial)
+         call write_initial(deck%initial(i), unit)
+      end do
+      call write_gravity(deck%gravity, unit)
+      do i = 1, size(deck%stage)
+         call write_stage(deck%stage(i), unit)
+      end do
+      call write_explicit(deck%explicit, unit)
+      call write_output(deck%output, unit)
+   end subroutine write_deck
+
+end module deck_m

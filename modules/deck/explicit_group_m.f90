@@ -1,0 +1,103 @@
+!> The group &explicit: step, damping and mass scaling of the explicit solver.
+module explicit_group_m
+   use kinds_m, only: wp
+   use constants_m, only: unset, is_set
+   use errors_m, only: error_list_t
+   use deck_scan_m, only: group_slice_t
+   use deck_variable_m, only: variable_t, a_number, an_option, option_length, namelist_text, require_clean_read, &
+                              check_range, check_choice
+   use deck_write_m, only: begin_group, put, end_group
+   implicit none
+   private
+
+   public :: read_explicit, write_explicit
+
+   !> Damping factors when none is given: the viscosity 2 h sqrt(E rho), and the share of Cundall's local damping
+   real(wp), parameter :: critical = 1.0_wp, usual_local = 0.8_wp
+
+   !> &explicit
+   type, public :: explicit_t
+      !> Line of the deck on which the group starts (0: not in the deck)
+      integer :: line = 0
+      !> Kind of damping
+      character(len=option_length) :: damping = 'none'
+      !> Strength of the damping [-]
+      real(wp) :: damping_factor = unset
+      !> Step over the stable step [-]
+      real(wp) :: safety = 0.9_wp
+      !> Time step [s]
+      real(wp) :: step = unset
+      !> Masses as they are, or raised until scaled_step is stable
+      character(len=option_length) :: mass_scaling = 'none'
+      !> Time step to be reached by mass scaling [s]
+      real(wp) :: scaled_step = unset
+   end type explicit_t
+
+   type(variable_t), parameter :: variables(*) = [ &
+      variable_t('damping', an_option), &
+      variable_t('damping_factor', a_number), &
+      variable_t('safety', a_number), &
+      variable_t('step', a_number), &
+      variable_t('mass_scaling', an_option), &
+      variable_t('scaled_step', a_number)]
+   character(len=*), parameter :: dampings(*) = ['none   ', 'viscous', 'local  ']
+   character(len=*), parameter :: mass_scalings(*) = ['none', 'step']
+
+contains
+
+   !> Read and check the group.
+   subroutine read_explicit(slice, explicit, errors)
+      !> The group as written
+      type(group_slice_t), intent(in) :: slice
+      !> Its settings
+      type(explicit_t), intent(out) :: explicit
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      character(len=256) :: message
+      integer :: status
+      namelist /settings/ explicit
+
+      explicit%line = slice%line
+      call namelist_text(slice, variables, text, errors)
+      read (text, nml=settings, iostat=status, iomsg=message)
+      call require_clean_read(slice, status, message, errors)
+      call check_explicit(slice, explicit, errors)
+   end subroutine read_explicit
+
+   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   subroutine check_explicit(slice, explicit, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(explicit_t), intent(inout) :: explicit
+      type(error_list_t), intent(inout) :: errors
+
+      call check_choice(errors, slice, 'damping', explicit%damping, dampings)
+      select case (explicit%damping)
+      case ('viscous')
+         if (.not. is_set(explicit%damping_factor)) explicit%damping_factor = critical
+         call check_range(errors, slice, 'damping_factor', explicit%damping_factor, above=0.0_wp)
+      case ('local')
+         if (.not. is_set(explicit%damping_factor)) explicit%damping_factor = usual_local
+         call check_range(errors, slice, 'damping_factor', explicit%damping_factor, above=0.0_wp, below=1.0_wp)
+      end select
+      call check_range(errors, slice, 'safety', explicit%safety, above=0.0_wp, most=1.0_wp)
+      call check_range(errors, slice, 'step', explicit%step, above=0.0_wp)
+      call check_choice(errors, slice, 'mass_scaling', explicit%mass_scaling, mass_scalings)
+      call check_range(errors, slice, 'scaled_step', explicit%scaled_step, above=0.0_wp)
+   end subroutine check_explicit
+
+   !> Write the effective group, every variable.
+   subroutine write_explicit(explicit, unit)
+      type(explicit_t), intent(in) :: explicit
+      integer, intent(in) :: unit
+
+      call begin_group(unit, 'explicit')
+      call put(unit, 'damping', explicit%damping)
+      call put(unit, 'damping_factor', explicit%damping_factor, 'there is no damping')
+      call put(unit, 'safety', explicit%safety)
+      call put(unit, 'step', explicit%step, 'the stable step times safety')
+      call put(unit, 'mass_scaling', explicit%mass_scaling)
+      call put(unit, 'scaled_step', explicit%scaled_step)
+      call end_group(unit)
+   end subroutine write_explicit
+
+end module explicit_group_m

@@ -1,0 +1,84 @@
+!> The group &output: what is written, where and how often.
+module output_group_m
+   use kinds_m, only: wp
+   use errors_m, only: error_list_t
+   use deck_scan_m, only: group_slice_t
+   use deck_variable_m, only: variable_t, a_count, a_number, a_path, a_switch, path_length, namelist_text, &
+                              require_clean_read, check_range, check_least, check_given
+   use deck_write_m, only: begin_group, put, end_group
+   implicit none
+   private
+
+   public :: read_output, write_output
+
+   !> &output
+   type, public :: output_t
+      !> Line of the deck on which the group starts (0: not in the deck)
+      integer :: line = 0
+      !> Directory of the results, relative to the deck
+      character(len=path_length) :: directory = 'results'
+      !> Cycles between two outputs of the fields (0: at the end of each stage)
+      integer :: fields_every = 0
+      !> Cycles between two rows of the history [-]
+      integer :: history_every = 1
+      !> Wall-clock time between two checkpoints (0: none) [minutes]
+      real(wp) :: checkpoint_minutes = 10.0_wp
+      !> Energies in the history
+      logical :: energies = .true.
+   end type output_t
+
+   type(variable_t), parameter :: variables(*) = [ &
+      variable_t('directory', a_path), &
+      variable_t('fields_every', a_count), &
+      variable_t('history_every', a_count), &
+      variable_t('checkpoint_minutes', a_number), &
+      variable_t('energies', a_switch)]
+
+contains
+
+   !> Read and check the group.
+   subroutine read_output(slice, output, errors)
+      !> The group as written
+      type(group_slice_t), intent(in) :: slice
+      !> Its settings
+      type(output_t), intent(out) :: output
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      character(len=256) :: message
+      integer :: status
+      namelist /settings/ output
+
+      output%line = slice%line
+      call namelist_text(slice, variables, text, errors)
+      read (text, nml=settings, iostat=status, iomsg=message)
+      call require_clean_read(slice, status, message, errors)
+      call check_output(slice, output, errors)
+   end subroutine read_output
+
+   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   subroutine check_output(slice, output, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(output_t), intent(in) :: output
+      type(error_list_t), intent(inout) :: errors
+
+      call check_given(errors, slice, 'directory', output%directory, 'a directory, relative to the deck')
+      call check_least(errors, slice, 'fields_every', output%fields_every, 0)
+      call check_least(errors, slice, 'history_every', output%history_every, 1)
+      call check_range(errors, slice, 'checkpoint_minutes', output%checkpoint_minutes, least=0.0_wp)
+   end subroutine check_output
+
+   !> Write the effective group, every variable.
+   subroutine write_output(output, unit)
+      type(output_t), intent(in) :: output
+      integer, intent(in) :: unit
+
+      call begin_group(unit, 'output')
+      call put(unit, 'directory', output%directory)
+      call put(unit, 'fields_every', output%fields_every)
+      call put(unit, 'history_every', output%history_every)
+      call put(unit, 'checkpoint_minutes', output%checkpoint_minutes)
+      call put(unit, 'energies', output%energies)
+      call end_group(unit)
+   end subroutine write_output
+
+end module output_group_m

@@ -1,0 +1,98 @@
+!> The group &stage: some equal load increments, each a time of motion and a time of rest.
+module stage_group_m
+   use kinds_m, only: wp
+   use constants_m, only: unset
+   use errors_m, only: error_list_t
+   use deck_scan_m, only: group_slice_t
+   use deck_variable_m, only: variable_t, a_count, a_name, a_number, an_option, name_length, option_length, &
+                              namelist_text, require_clean_read, check_range, check_least, check_choice, &
+                              check_given
+   use deck_write_m, only: begin_group, put, end_group
+   implicit none
+   private
+
+   public :: read_stage, write_stage
+
+   !> &stage
+   type, public :: stage_t
+      !> Line of the deck on which the group starts (0: not in the deck)
+      integer :: line = 0
+      !> Name, for boundaries and results
+      character(len=name_length) :: name = ''
+      !> Number of load increments [-]
+      integer :: cycles = 1
+      !> Duration of the motion of each increment [s]
+      real(wp) :: move_time = unset
+      !> Duration of the rest after it, the shortest one when equilibrium is given [s]
+      real(wp) :: rest_time = 0.0_wp
+      !> Ratio of unbalanced force that ends the rest [-]
+      real(wp) :: equilibrium = unset
+      !> Longest rest when equilibrium is given [s]
+      real(wp) :: max_rest_time = unset
+      !> Velocity during the motion: from zero to zero, or constant
+      character(len=option_length) :: profile = 'smooth'
+   end type stage_t
+
+   type(variable_t), parameter :: variables(*) = [ &
+      variable_t('name', a_name), &
+      variable_t('cycles', a_count), &
+      variable_t('move_time', a_number), &
+      variable_t('rest_time', a_number), &
+      variable_t('equilibrium', a_number), &
+      variable_t('max_rest_time', a_number), &
+      variable_t('profile', an_option)]
+   character(len=*), parameter :: profiles(*) = ['smooth  ', 'constant']
+
+contains
+
+   !> Read and check the group.
+   subroutine read_stage(slice, stage, errors)
+      !> The group as written
+      type(group_slice_t), intent(in) :: slice
+      !> Its settings
+      type(stage_t), intent(out) :: stage
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      character(len=256) :: message
+      integer :: status
+      namelist /settings/ stage
+
+      stage%line = slice%line
+      call namelist_text(slice, variables, text, errors)
+      read (text, nml=settings, iostat=status, iomsg=message)
+      call require_clean_read(slice, status, message, errors)
+      call check_stage(slice, stage, errors)
+   end subroutine read_stage
+
+   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   subroutine check_stage(slice, stage, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(stage_t), intent(inout) :: stage
+      type(error_list_t), intent(inout) :: errors
+
+      call check_given(errors, slice, 'name', stage%name, 'a name of your choice')
+      call check_least(errors, slice, 'cycles', stage%cycles, 1)
+      call check_range(errors, slice, 'move_time', stage%move_time, above=0.0_wp, required=.true.)
+      call check_range(errors, slice, 'rest_time', stage%rest_time, least=0.0_wp)
+      call check_range(errors, slice, 'equilibrium', stage%equilibrium, above=0.0_wp, below=1.0_wp)
+      call check_range(errors, slice, 'max_rest_time', stage%max_rest_time, above=0.0_wp)
+      call check_choice(errors, slice, 'profile', stage%profile, profiles)
+   end subroutine check_stage
+
+   !> Write the effective group, every variable.
+   subroutine write_stage(stage, unit)
+      type(stage_t), intent(in) :: stage
+      integer, intent(in) :: unit
+
+      call begin_group(unit, 'stage')
+      call put(unit, 'name', stage%name)
+      call put(unit, 'cycles', stage%cycles)
+      call put(unit, 'move_time', stage%move_time)
+      call put(unit, 'rest_time', stage%rest_time)
+      call put(unit, 'equilibrium', stage%equilibrium, 'the rest lasts rest_time')
+      call put(unit, 'max_rest_time', stage%max_rest_time)
+      call put(unit, 'profile', stage%profile)
+      call end_group(unit)
+   end subroutine write_stage
+
+end module stage_group_m
