@@ -1,0 +1,360 @@
+!> The tables of a gmsh file as they stand there: nodes, elements and named groups by the file's own numbers; and
+!> their assembly into a mesh.
+module gmsh_table_m
+   use errors_m, only: error_list_t
+   use geometry_m, only: twice_area
+   use kinds_m, only: wp, i8
+   use mesh_m, only: group_t, mesh_t
+   use text_m, only: to_text
+   implicit none
+   private
+
+   public :: add_element, add_group, assemble
+
+   !> gmsh's numbers of the element types read here, and of the highest type it knows
+   integer, parameter, public :: gmsh_line = 1, gmsh_triangle = 2, gmsh_point = 15, highest_type = 140
+   !> Groups of points, lines, surfaces (their dimensions)
+   integer, parameter, public :: point_dimension = 0, line_dimension = 1, surface_dimension = 2
+   !> A physical group that an element is in, when it is in none
+   integer, parameter, public :: no_group = 0
+
+   !> What a file holds, by its own numbers
+   type, public :: gmsh_table_t
+      !> Number of each node in the file (nodes), its coordinates (3, nodes) [m]
+      integer, allocatable :: node_number(:)
+      real(wp), allocatable :: x(:, :)
+      !> Elements so far; gmsh type, number in the file, physical group (elements), node numbers (3, elements)
+      integer :: elements = 0
+      integer, allocatable :: element_type(:), element_number(:), element_group(:), element_node(:, :)
+      !> Elements of other types, by type
+      integer :: unsupported(highest_type) = 0
+      !> Named physical groups
+      type(group_t), allocatable :: group(:)
+   end type gmsh_table_t
+
+   !> Room for elements to begin with
+   integer, parameter :: least_room = 1024
+   !> Numbers of nodes may leave gaps: the table from number to node is at most this many times as long as the nodes,
+   !> or this long
+   integer(i8), parameter :: longest_gaps = 64_i8, table_always_allowed = 10000000_i8
+   !> Nodes further than this part of the mesh's size from one plane z = constant are out of plane
+   real(wp), parameter :: plane_tolerance = 1.0e-9_wp
+
+contains
+
+   !> Add an element of a physical group to the table, or count it when its type is not one read here.
+   subroutine add_element(table, gmsh_type, number, group, node)
+      type(gmsh_table_t), intent(inout) :: table
+      !> Element type and number in the file, physical group
+      integer, intent(in) :: gmsh_type, number, group
+      !> Node numbers in the file
+      integer, intent(in) :: node(:)
+      integer :: n
+
+      if (nodes_of_read_type(gmsh_type) == 0) then
+         if (gmsh_type >= 1 .and. gmsh_type <= highest_type) then
+            table%unsupported(gmsh_type) = table%unsupported(gmsh_type) + 1
+         end if
+         return
+      end if
+      if (.not. allocated(table%element_type)) call make_room(table, least_room)
+      if (table%elements == size(table%element_type)) call make_room(table, 2*table%elements)
+      n = table%elements + 1
+      table%elements = n
+      table%element_type(n) = gmsh_type
+      table%element_number(n) = number
+      ! gmsh writes a group negative where its geometry runs against the group's direction
+      table%element_group(n) = abs(group)
+      table%element_node(:, n) = 0
+      table%element_node(:size(node), n) = node
+   end subroutine add_element
+
+   !> Make room for elements.
+   subroutine make_room(table, room)
+      type(gmsh_table_t), intent(inout) :: table
+      integer, intent(in) :: room
+      integer, allocatable :: node(:, :)
+
+      call lengthen(table%element_type, room)
+      call lengthen(table%element_number, room)
+      call lengthen(table%element_group, room)
+      allocate (node(3, room))
+      if (allocated(table%element_node)) node(:, :table%elements) = table%element_node
+      call move_alloc(node, table%element_node)
+   end subroutine make_room
+
+   subroutine lengthen(list, room)
+      integer, allocatable, intent(inout) :: list(:)
+      integer, intent(in) :: room
+      integer, allocatable :: longer(:)
+
+      allocate (longer(room))
+      if (allocated(list)) longer(:size(list)) = list
+      call move_alloc(longer, list)
+   end subroutine lengthen
+
+   !> Number of nodes of an element type read here (0: it is not read).
+   pure integer function nodes_of_read_type(gmsh_type) result(nodes)
+      integer, intent(in) :: gmsh_type
+
+      select case (gmsh_type)
+      case (gmsh_line)
+         nodes = 2
+      case (gmsh_triangle)
+         nodes = 3
+      case (gmsh_point)
+         nodes = 1
+      case default
+         nodes = 0
+      end select
+   end function nodes_of_read_type
+
+   !> Add a named physical group.
+   subroutine add_group(table, dimension, tag, name)
+      type(gmsh_table_t), intent(inout) :: table
+      !> 0 points, 1 lines, 2 triangles; number in the file
+      integer, intent(in) :: dimension, tag
+      character(len=*), intent(in) :: name
+
+      if (.not. allocated(table%group)) allocate (table%group(0))
+      table%group = [table%group, group_t(name=name, dimension=dimension, tag=tag)]
+   end subroutine add_group
+
+   !> Build the mesh from the file's tables: nodes renumbered without gaps and without those that no element of the mesh
+   !> uses, in the file's order; triangles turned anticlockwise; lines and points only where they are in a group.
+   subroutine assemble(table, path, mesh, errors)
+      type(gmsh_table_t), intent(inout) :: table
+      !> Mesh file, for messages
+      character(len=*), intent(in) :: path
+      type(mesh_t), intent(inout) :: mesh
+      type(error_list_t), intent(inout) :: errors
+      integer, allocatable :: node_of_number(:)
+      integer :: before
+
+      before = errors%count()
+      call check_types(table, path, errors)
+      if (.not. allocated(table%node_number)) call errors%add(path//': there is no $Nodes section')
+      if (table%elements == 0) call errors%add(path//': there are no triangles, lines or points')
+      if (errors%count() > before) return
+      if (.not. allocated(table%group)) allocate (table%group(0))
+      call map_nodes(table, path, node_of_number, errors)
+      if (errors%count() > before) return
+      call check_nodes(table, path, node_of_number, errors)
+      if (errors%count() > before) return
+      call check_plane(table, path, errors)
+      call number_nodes(table, node_of_number, mesh)
+      call sort_out(table, node_of_number, mesh)
+      call turn_anticlockwise(mesh)
+   end subroutine assemble
+
+   !> Only 3-node triangles, 2-node lines and points are read.
+   subroutine check_types(table, path, errors)
+      type(gmsh_table_t), intent(in) :: table
+      character(len=*), intent(in) :: path
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+
+      do i = 1, highest_type
+         if (table%unsupported(i) == 0) cycle
+         call errors%add(path//': '//to_text(table%unsupported(i))//' elements of gmsh type '//to_text(i)//' ('// &
+            type_name(i)//'); only 3-node triangles, 2-node lines and points are read')
+      end do
+   end subroutine check_types
+
+   !> gmsh's element types that a user may meet by mistake.
+   pure function type_name(gmsh_type)
+      integer, intent(in) :: gmsh_type
+      character(len=:), allocatable :: type_name
+
+      select case (gmsh_type)
+      case (3, 10, 16)
+         type_name = 'quadrangles: do not recombine the mesh'
+      case (4, 11)
+         type_name = 'tetrahedra: mesh in two dimensions'
+      case (5, 12, 17)
+         type_name = 'hexahedra: mesh in two dimensions'
+      case (6, 13, 18)
+         type_name = 'prisms: mesh in two dimensions'
+      case (7, 14, 19)
+         type_name = 'pyramids: mesh in two dimensions'
+      case (8, 9, 20:28)
+         type_name = 'second or higher order: set the element order to 1'
+      case default
+         type_name = 'of another kind'
+      end select
+   end function type_name
+
+   !> Table from a node's number in the file to its place there (0: there is no such node).
+   subroutine map_nodes(table, path, node_of_number, errors)
+      type(gmsh_table_t), intent(in) :: table
+      character(len=*), intent(in) :: path
+      integer, allocatable, intent(out) :: node_of_number(:)
+      type(error_list_t), intent(inout) :: errors
+      integer :: i, number, highest
+
+      highest = maxval(table%node_number)
+      if (minval(table%node_number) < 1) then
+         call errors%add(path//': node number '//to_text(minval(table%node_number))//'; numbers must be positive')
+         return
+      else if (int(highest, i8) > max(longest_gaps*size(table%node_number, kind=i8), table_always_allowed)) then
+         call errors%add(path//': '//to_text(size(table%node_number))//' nodes are numbered up to '//to_text(highest) &
+            //'; renumber the mesh in gmsh')
+         return
+      end if
+      allocate (node_of_number(highest))
+      node_of_number = 0
+      do i = 1, size(table%node_number)
+         number = table%node_number(i)
+         if (node_of_number(number) /= 0) then
+            call errors%add(path//': node number '//to_text(number)//' is given twice')
+            return
+         end if
+         node_of_number(number) = i
+      end do
+   end subroutine map_nodes
+
+   !> Every element must name nodes that there are.
+   subroutine check_nodes(table, path, node_of_number, errors)
+      type(gmsh_table_t), intent(in) :: table
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: node_of_number(:)
+      type(error_list_t), intent(inout) :: errors
+      integer :: i, j, number
+
+      do i = 1, table%elements
+         do j = 1, nodes_of_read_type(table%element_type(i))
+            number = table%element_node(j, i)
+            if (number >= 1 .and. number <= size(node_of_number)) then
+               if (node_of_number(number) > 0) cycle
+            end if
+            call errors%add(path//': element '//to_text(table%element_number(i))//' has node '//to_text(number)// &
+               ', which is not in the file')
+            return
+         end do
+      end do
+   end subroutine check_nodes
+
+   !> The mesh must lie in one plane z = constant.
+   subroutine check_plane(table, path, errors)
+      type(gmsh_table_t), intent(in) :: table
+      character(len=*), intent(in) :: path
+      type(error_list_t), intent(inout) :: errors
+      real(wp) :: extent
+
+      extent = max(maxval(table%x(1, :)) - minval(table%x(1, :)), maxval(table%x(2, :)) - minval(table%x(2, :)))
+      if (maxval(table%x(3, :)) - minval(table%x(3, :)) > plane_tolerance*extent) then
+         call errors%add(path//': z of the nodes runs from '//to_text(minval(table%x(3, :)))//' to '// &
+            to_text(maxval(table%x(3, :)))//'; the mesh must lie in a plane z = constant')
+      end if
+   end subroutine check_plane
+
+   !> Number the nodes that the mesh uses, in the file's order.
+   subroutine number_nodes(table, node_of_number, mesh)
+      type(gmsh_table_t), intent(in) :: table
+      !> Place in the file by number; on return number in the mesh by number in the file
+      integer, intent(inout) :: node_of_number(:)
+      type(mesh_t), intent(inout) :: mesh
+      integer, allocatable :: mesh_node(:)
+      integer :: i, j, nodes
+
+      allocate (mesh_node(size(table%node_number)))
+      mesh_node = 0
+      do i = 1, table%elements
+         if (.not. belongs(table, i)) cycle
+         do j = 1, nodes_of_read_type(table%element_type(i))
+            mesh_node(node_of_number(table%element_node(j, i))) = 1
+         end do
+      end do
+      nodes = sum(mesh_node)
+      allocate (mesh%x(2, nodes))
+      nodes = 0
+      do i = 1, size(mesh_node)
+         if (mesh_node(i) == 0) cycle
+         nodes = nodes + 1
+         mesh_node(i) = nodes
+         mesh%x(:, nodes) = table%x(1:2, i)
+      end do
+      do i = 1, size(node_of_number)
+         if (node_of_number(i) > 0) node_of_number(i) = mesh_node(node_of_number(i))
+      end do
+   end subroutine number_nodes
+
+   !> Does an element belong to the mesh? Triangles do, so that one without a group is found out; a line or a point
+   !> outside any group means nothing.
+   pure logical function belongs(table, element)
+      type(gmsh_table_t), intent(in) :: table
+      integer, intent(in) :: element
+
+      belongs = table%element_type(element) == gmsh_triangle .or. table%element_group(element) /= no_group
+   end function belongs
+
+   !> Sort the elements into triangles, lines and points, and find their groups.
+   subroutine sort_out(table, node_of_number, mesh)
+      type(gmsh_table_t), intent(inout) :: table
+      !> Number in the mesh by number in the file
+      integer, intent(in) :: node_of_number(:)
+      type(mesh_t), intent(inout) :: mesh
+      integer :: i, triangles, lines, points
+
+      associate (kind => table%element_type(:table%elements), tag => table%element_group(:table%elements))
+         triangles = count(kind == gmsh_triangle)
+         lines = count(kind == gmsh_line .and. tag /= no_group)
+         points = count(kind == gmsh_point .and. tag /= no_group)
+      end associate
+      allocate (mesh%triangle(3, triangles), mesh%triangle_group(triangles))
+      allocate (mesh%line(2, lines), mesh%line_group(lines), mesh%point(points), mesh%point_group(points))
+      triangles = 0
+      lines = 0
+      points = 0
+      do i = 1, table%elements
+         if (.not. belongs(table, i)) cycle
+         associate (node => table%element_node(:, i), tag => table%element_group(i))
+            select case (table%element_type(i))
+            case (gmsh_triangle)
+               triangles = triangles + 1
+               mesh%triangle(:, triangles) = node_of_number(node)
+               call find_or_add(table, surface_dimension, tag, mesh%triangle_group(triangles))
+            case (gmsh_line)
+               lines = lines + 1
+               mesh%line(:, lines) = node_of_number(node(:2))
+               call find_or_add(table, line_dimension, tag, mesh%line_group(lines))
+            case (gmsh_point)
+               points = points + 1
+               mesh%point(points) = node_of_number(node(1))
+               call find_or_add(table, point_dimension, tag, mesh%point_group(points))
+            end select
+         end associate
+      end do
+      mesh%group = table%group
+   end subroutine sort_out
+
+   !> Index of a physical group; one without a name is called by its number.
+   subroutine find_or_add(table, dimension, tag, found)
+      type(gmsh_table_t), intent(inout) :: table
+      integer, intent(in) :: dimension, tag
+      integer, intent(out) :: found
+
+      found = 0
+      if (tag == no_group) return
+      do found = 1, size(table%group)
+         if (table%group(found)%tag == tag .and. table%group(found)%dimension == dimension) return
+      end do
+      call add_group(table, dimension, tag, to_text(tag))
+      found = size(table%group)
+   end subroutine find_or_add
+
+   !> Turn the triangles of a surface whose normal points downwards.
+   subroutine turn_anticlockwise(mesh)
+      type(mesh_t), intent(inout) :: mesh
+      integer :: i
+
+      do i = 1, size(mesh%triangle, 2)
+         associate (node => mesh%triangle(:, i))
+            if (twice_area(mesh%x(:, node(1)), mesh%x(:, node(2)), mesh%x(:, node(3))) < 0.0_wp) then
+               mesh%triangle(2:3, i) = mesh%triangle([3, 2], i)
+            end if
+         end associate
+      end do
+   end subroutine turn_anticlockwise
+
+end module gmsh_table_m
