@@ -1,0 +1,40 @@
+!> State of one joint element, shared by all joint laws. The laws work in MPa and mm; compression and closure are positive.
+module joint_point_m
+   use kinds_m, only: wp
+   implicit none
+   private
+
+   !> What one joint element remembers between steps
+   type, public :: joint_point_t
+      !> Shear displacement; largest |u| reached [mm]
+      real(wp) :: u = 0.0_wp, u_max = 0.0_wp
+      !> Mobilisation: the integral of d|u|/up over the steps that took |u| beyond u_max [-]
+      real(wp) :: ratio = 0.0_wp
+      !> Shear stress, with the sign of the slip that drives it; normal stress, 0 when open [MPa]
+      real(wp) :: tau = 0.0_wp, sn = 0.0_wp
+      !> Closure by normal stress; dilation by shear; their sum v = vn - dilation, the closure of eq 23a [mm]
+      real(wp) :: vn = 0.0_wp, dilation = 0.0_wp, v = 0.0_wp
+      !> Mobilised friction coefficient, eq 33 [-]
+      real(wp) :: mu_mob = 0.0_wp
+      !> d dilation/du, with the sign of u: moving back along |u| contracts what moving out dilated [-]
+      real(wp) :: dilation_slope = 0.0_wp
+      !> Normal stiffness, eq 11; shear stiffness of the last step: eq 17 when sliding, elastic when not [MPa/mm]
+      real(wp) :: knn = 0.0_wp, ktt = 0.0_wp
+      !> Dilation at u_max, and the peak displacement [mm] and peak dilation angle [deg] in force when u_max was last
+      !> extended: they fix the dilation as a function of |u| for as long as |u| stays below u_max
+      real(wp) :: dilation_max = 0.0_wp, path_peak = 0.0_wp, path_angle = 0.0_wp
+      !> Slip [mm] and mobilisation [-] of the last step, for its tangent
+      real(wp) :: step_u = 0.0_wp, step_ratio = 0.0_wp
+      !> Did the last step end at the shear strength?
+      logical :: sliding = .false.
+   end type joint_point_t
+
+   !> Tangent of the last step, for implicit solvers
+   type, public :: joint_tangent_t
+      !> d tau/du, d tau/d sn [MPa/mm, -]
+      real(wp) :: tau_u = 0.0_wp, tau_sn = 0.0_wp
+      !> d dilation/du, d vn/d sn [-, mm/MPa]
+      real(wp) :: dilation_u = 0.0_wp, vn_sn = 0.0_wp
+   end type joint_tangent_t
+
+end module joint_point_m
