@@ -42,13 +42,15 @@ module nbs_m
       integer, allocatable :: below(:), above(:)
    end type lines_t
 
-   !> One level: the boxes that matter on its grid, visitors first
+   !> One level: the boxes that matter on its grid, sorted by row so that a row lies together in memory
    type :: level_t
-      !> Boxes 1..visitors are smaller than the level's, the rest up to n are its own
-      integer :: visitors = 0, n = 0
-      !> Number of each box in the caller's list (n)
+      !> Number of each box in the caller's list, and a copy of its bounds: xmin, xmax, ymin, ymax (boxes)
       integer, allocatable :: box(:)
+      real(wp), allocatable :: bounds(:, :)
       type(lines_t) :: row, column
+      !> First resident (the level's own boxes) and first visitor (smaller ones) of each row; a row's end at the next
+      !> row's beginning (rows + 1)
+      integer, allocatable :: resident(:), visitor(:)
    end type level_t
 
 contains
@@ -71,7 +73,7 @@ contains
          do level = 1, max_levels
             if (first(level + 1) == first(level)) cycle
             call fill_level(box, order, first(level), first(level + 1) - 1, finest*2.0_wp**(level - 1), grid)
-            call sweep_rows(box, grid, found)
+            call sweep_rows(grid, found)
          end do
       end if
       allocate (pair(2, found%n))
@@ -146,9 +148,10 @@ contains
       !> Cell size [m]
       real(wp), intent(in) :: cell
       type(level_t), intent(out) :: grid
-      integer(i8), allocatable :: key(:)
+      integer(i8), allocatable :: row_key(:), column_key(:)
+      integer, allocatable :: chosen(:), place(:)
       real(wp) :: reach(4)
-      integer :: i, n
+      integer :: i, n, visitors
 
       reach = box(:, order(from))
       do i = from + 1, to
@@ -157,27 +160,58 @@ contains
          reach(3) = min(reach(3), box(3, order(i)))
          reach(4) = max(reach(4), box(4, order(i)))
       end do
-      allocate (grid%box(to))
+      allocate (chosen(to), row_key(to), column_key(to))
       n = 0
-      do i = 1, from - 1
-         if (.not. overlap(reach, box(:, order(i)))) cycle
+      do i = 1, to
+         if (i == from) visitors = n
+         if (i < from) then
+            if (.not. overlap(reach, box(:, order(i)))) cycle
+         end if
          n = n + 1
-         grid%box(n) = order(i)
+         chosen(n) = order(i)
+         column_key(n) = cell_number(box(1, order(i)), box(2, order(i)), reach(1), cell)
+         row_key(n) = cell_number(box(3, order(i)), box(4, order(i)), reach(3), cell)
       end do
-      grid%visitors = n
-      grid%box(n + 1:n + to - from + 1) = order(from:to)
-      grid%n = n + to - from + 1
+      call number_lines(row_key(:n), grid%row)
+      call number_lines(column_key(:n), grid%column)
 
-      allocate (key(grid%n))
-      do i = 1, grid%n
-         key(i) = cell_number(box(1, grid%box(i)), box(2, grid%box(i)), reach(1), cell)
+      allocate (place(n), grid%visitor(grid%row%n + 1), grid%resident(grid%row%n + 1))
+      call sort_by_line(grid%row%of_box(:visitors), 0, grid%visitor, place(:visitors))
+      call sort_by_line(grid%row%of_box(visitors + 1:n), visitors, grid%resident, place(visitors + 1:n))
+      allocate (grid%box(n), grid%bounds(4, n))
+      do i = 1, n
+         grid%box(place(i)) = chosen(i)
+         grid%bounds(:, place(i)) = box(:, chosen(i))
       end do
-      call number_lines(key, grid%column)
-      do i = 1, grid%n
-         key(i) = cell_number(box(3, grid%box(i)), box(4, grid%box(i)), reach(3), cell)
-      end do
-      call number_lines(key, grid%row)
+      grid%row%of_box(place) = grid%row%of_box
+      grid%column%of_box(place) = grid%column%of_box
    end subroutine fill_level
+
+   !> Places that boxes take when they are sorted by line.
+   pure subroutine sort_by_line(line, offset, first, place)
+      !> Line of each box (boxes)
+      integer, intent(in) :: line(:)
+      !> Places already taken
+      integer, intent(in) :: offset
+      !> First place of each line (lines + 1); place of each box (boxes)
+      integer, intent(out) :: first(:), place(:)
+      integer, allocatable :: next(:)
+      integer :: i
+
+      first = 0
+      do i = 1, size(line)
+         first(line(i) + 1) = first(line(i) + 1) + 1
+      end do
+      first(1) = offset + 1
+      do i = 1, size(first) - 1
+         first(i + 1) = first(i + 1) + first(i)
+      end do
+      allocate (next, source=first)
+      do i = 1, size(line)
+         place(i) = next(line(i))
+         next(line(i)) = next(line(i)) + 1
+      end do
+   end subroutine sort_by_line
 
    !> Cell that the middle of an interval falls into.
    pure integer(i8) function cell_number(low, high, origin, cell)
@@ -247,111 +281,85 @@ contains
 
    !> Walk the rows of a level: a row's residents meet themselves and those of the row below, visitors of the row and of
    !> both its neighbours meet the row's residents.
-   subroutine sweep_rows(box, grid, found)
-      real(wp), intent(in) :: box(:, :)
+   subroutine sweep_rows(grid, found)
       type(level_t), intent(in) :: grid
       type(pair_list_t), intent(inout) :: found
-      integer, allocatable :: row_resident(:), row_visitor(:), row_next(:), new(:), new_next(:), old(:), old_next(:)
-      integer :: row, below, near(3), i, k, column
+      integer, allocatable :: new(:), old(:), next(:)
+      integer :: row, near(3), i, k, column
 
-      allocate (row_resident(grid%row%n), row_visitor(grid%row%n), row_next(grid%n), new_next(grid%n), old_next(grid%n))
-      allocate (new(0:grid%column%n), old(0:grid%column%n))
-      call list_boxes(grid%row%of_box, 1, grid%visitors, row_visitor, row_next)
-      call list_boxes(grid%row%of_box, grid%visitors + 1, grid%n, row_resident, row_next)
-      ! Column 0 stands for a neighbour that is not there and stays empty
+      ! First resident of each column in the row at work and in the row below it. Column 0 stands for a neighbour that
+      ! is not there and stays empty.
+      allocate (new(0:grid%column%n), old(0:grid%column%n), next(size(grid%box)))
       new = 0
       old = 0
       do row = 1, grid%row%n
-         if (row_resident(row) == 0) cycle
-         below = grid%row%below(row)
-         call open_row(row_resident(row), new, new_next)
-         if (below > 0) call open_row(row_resident(below), old, old_next)
-
-         i = row_resident(row)
-         do while (i > 0)
+         if (grid%resident(row) == grid%resident(row + 1)) cycle
+         near = [row, grid%row%below(row), grid%row%above(row)]
+         call open_row(row, new)
+         do i = grid%resident(row), grid%resident(row + 1) - 1
             column = grid%column%of_box(i)
-            call meet(i, new_next(i), new_next)
-            call meet(i, new(grid%column%below(column)), new_next)
-            call meet(i, old(grid%column%below(column)), old_next)
-            call meet(i, old(column), old_next)
-            call meet(i, old(grid%column%above(column)), old_next)
-            i = row_next(i)
+            call meet(i, next(i))
+            call meet(i, new(grid%column%below(column)))
          end do
-
-         near = [below, row, grid%row%above(row)]
          do k = 1, size(near)
             if (near(k) == 0) cycle
-            i = row_visitor(near(k))
-            do while (i > 0)
+            do i = grid%visitor(near(k)), grid%visitor(near(k) + 1) - 1
                column = grid%column%of_box(i)
-               call meet(i, new(grid%column%below(column)), new_next)
-               call meet(i, new(column), new_next)
-               call meet(i, new(grid%column%above(column)), new_next)
-               i = row_next(i)
+               call meet(i, new(grid%column%below(column)))
+               call meet(i, new(column))
+               call meet(i, new(grid%column%above(column)))
             end do
          end do
-
-         call close_row(row_resident(row), new)
-         if (below > 0) call close_row(row_resident(below), old)
+         if (near(2) > 0) then
+            call open_row(near(2), old)
+            do i = grid%resident(row), grid%resident(row + 1) - 1
+               column = grid%column%of_box(i)
+               call meet(i, old(grid%column%below(column)))
+               call meet(i, old(column))
+               call meet(i, old(grid%column%above(column)))
+            end do
+            call close_row(near(2), old)
+         end if
+         call close_row(row, new)
       end do
 
    contains
 
-      !> Sort the boxes of a row by column
-      pure subroutine open_row(first_box, head, next)
-         integer, intent(in) :: first_box
-         integer, intent(inout) :: head(0:), next(:)
+      !> Sort the residents of a row by column
+      subroutine open_row(line, head)
+         integer, intent(in) :: line
+         integer, intent(inout) :: head(0:)
          integer :: j
 
-         j = first_box
-         do while (j > 0)
+         do j = grid%resident(line), grid%resident(line + 1) - 1
             next(j) = head(grid%column%of_box(j))
             head(grid%column%of_box(j)) = j
-            j = row_next(j)
          end do
       end subroutine open_row
 
       !> Empty the columns that a row has used
-      pure subroutine close_row(first_box, head)
-         integer, intent(in) :: first_box
+      pure subroutine close_row(line, head)
+         integer, intent(in) :: line
          integer, intent(inout) :: head(0:)
          integer :: j
 
-         j = first_box
-         do while (j > 0)
+         do j = grid%resident(line), grid%resident(line + 1) - 1
             head(grid%column%of_box(j)) = 0
-            j = row_next(j)
          end do
       end subroutine close_row
 
       !> Box a against a chain of boxes
-      subroutine meet(a, chain, next)
-         integer, intent(in) :: a, chain, next(:)
+      subroutine meet(a, chain)
+         integer, intent(in) :: a, chain
          integer :: j
 
          j = chain
          do while (j > 0)
-            if (overlap(box(:, grid%box(a)), box(:, grid%box(j)))) call found%append(grid%box(a), grid%box(j))
+            if (overlap(grid%bounds(:, a), grid%bounds(:, j))) call found%append(grid%box(a), grid%box(j))
             j = next(j)
          end do
       end subroutine meet
    end subroutine sweep_rows
-
-   !> Linked lists of the boxes from..to by line.
-   pure subroutine list_boxes(line, from, to, head, next)
-      !> Line of each box (boxes)
-      integer, intent(in) :: line(:), from, to
-      !> First box of each line, 0 when there is none (lines); box after each box (boxes)
-      integer, intent(out) :: head(:)
-      integer, intent(inout) :: next(:)
-      integer :: i
-
-      head = 0
-      do i = to, from, -1
-         next(i) = head(line(i))
-         head(line(i)) = i
-      end do
-   end subroutine list_boxes
 
    !> Do two boxes share a point?
    pure logical function overlap(a, b)
