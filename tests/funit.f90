@@ -28,8 +28,8 @@ module funit
 
    !> Comparisons
    integer, parameter :: less = 1, less_or_equal = 2, greater = 3, greater_or_equal = 4
-   character(len=21), parameter :: relation_name(4) = &
-      ['less than            ', 'less than or equal   ', 'greater than         ', 'greater than or equal']
+   character(len=21), parameter :: relation_name(4) = ['less than            ', 'less than or equal   ', &
+                                                       'greater than         ', 'greater than or equal']
    !> Failures a single test can hold before further ones are dropped
    integer, parameter :: most_failures = 32
 
@@ -299,7 +299,8 @@ contains
       character(len=*), intent(in), optional :: message
       type(SourceLocation), intent(in), optional :: location
 
-      call check_near(spread(expected, 1, size(found)), reshape(found, [size(found)]), tolerance, shape(found), message, location)
+      call check_near(spread(expected, 1, size(found)), reshape(found, [size(found)]), &
+                      tolerance, shape(found), message, location)
    end subroutine near_real_02
 
    subroutine near_real_11(expected, found, tolerance, message, location)

@@ -30,11 +30,11 @@ ASSERTIONS = {
 MAX_COLUMNS = 132
 # Names pFUnit's generated suite declares beside everything public in the test module, and names `use funit` brings in:
 # a public name of the test module spelt like one of these compiles here but not there.
-RESERVED = set(
-    """t suite test testcase testsuite testmethod testresult testrunner exception expectation subject predicate disable
+RESERVED = """
+    t suite test testcase testsuite testmethod testresult testrunner exception expectation subject predicate disable
     initialize run generic_run finalize stub get_context throw catch catchnext anyexceptions sourcelocation is every
-    all_of any_of equal_to near relatively_near array contains_string""".split()
-)
+    all_of any_of equal_to near relatively_near array contains_string
+"""
 
 DIRECTIVE = re.compile(r"\s*@(\w+)\s*(.*?)\s*$")
 SUBROUTINE = re.compile(r"\s*subroutine\s+(\w+)\s*(\([\w\s,]*\))?\s*(!.*)?$", re.IGNORECASE)
@@ -101,7 +101,9 @@ class PfFile:
         if key.startswith("assert"):
             self.take_assertion(number, name, rest)
         else:
-            self.error(number, f"unknown directive @{name}; known: @test, @before, @after, {known_assertions()}")
+            self.error(
+                number, f"unknown directive @{name}; known: @test, @before, @after, {known_assertions()}"
+            )
             self.output.append("")
         return None
 
@@ -110,18 +112,24 @@ class PfFile:
         if kind not in ASSERTIONS:
             self.error(number, f"unknown assertion @{name}; known: {known_assertions()}")
         elif not (rest.startswith("(") and rest.endswith(")")):
-            self.error(number, f"@{name} must stand on one line, arguments in brackets, without a comment behind it")
+            self.error(
+                number, f"@{name} must stand on one line, arguments in brackets, without a comment behind it"
+            )
         else:
             arguments = split_arguments(rest[1:-1])
             if arguments is None:
                 self.error(number, f"@{name}: brackets or quotes don't match")
             elif len(arguments) < ASSERTIONS[kind]:
-                self.error(number, f"@{name} needs at least {ASSERTIONS[kind]} arguments, found {len(arguments)}")
+                self.error(
+                    number, f"@{name} needs at least {ASSERTIONS[kind]} arguments, found {len(arguments)}"
+                )
             else:
                 inside = rest[1:-1].strip()
                 call = f"  call {name}({inside}{', ' if inside else ''}&"
                 if len(call) > MAX_COLUMNS:
-                    self.error(number, f"line too long by {len(call) - MAX_COLUMNS} columns once it is a call")
+                    self.error(
+                        number, f"line too long by {len(call) - MAX_COLUMNS} columns once it is a call"
+                    )
                 self.output += [
                     self.line_marker(number),
                     call,
@@ -168,7 +176,7 @@ class PfFile:
         if self.in_specification and "::" in line:
             names += re.findall(r"(?:^|,)\s*(\w+)", line.split("!")[0].split("::", 1)[1])
         for name in names:
-            if name.lower() in RESERVED:
+            if name.lower() in RESERVED.split():
                 self.error(number, f"the name '{name}' clashes with one of pFUnit's own")
 
     def check_whole(self):
