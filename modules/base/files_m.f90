@@ -1,0 +1,93 @@
+!> What Fortran does not offer for files: replacing one in a single step, and making a directory.
+module files_m
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_null_char
+   implicit none
+   private
+
+   public :: replace_file, make_directory, file_exists, delete_file, read_text
+
+   interface
+      integer(c_int) function c_rename(from, to) bind(c, name='rename')
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: from(*), to(*)
+      end function c_rename
+
+      integer(c_int) function c_mkdir(path, mode) bind(c, name='mkdir')
+         import :: c_int, c_int32_t, c_char
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int32_t), value :: mode
+      end function c_mkdir
+   end interface
+
+contains
+
+   !> Give a finished file its name, replacing the old file in one step: a reader sees the old one or the new one,
+   !> and a kill loses neither.
+   subroutine replace_file(from, to, status)
+      !> Finished file, and the name it gets (same directory)
+      character(len=*), intent(in) :: from, to
+      !> 0 on success
+      integer, intent(out) :: status
+
+      status = int(c_rename(trim(from)//c_null_char, trim(to)//c_null_char))
+   end subroutine replace_file
+
+   !> Make a directory and those above it. It is no error when it exists already.
+   subroutine make_directory(path, status)
+      character(len=*), intent(in) :: path
+      !> 0 when the directory is there afterwards and files can be made in it
+      integer, intent(out) :: status
+      !> Read, write and search for the user, read and search for the others (octal 755)
+      integer(c_int32_t), parameter :: permissions = 493_c_int32_t
+      integer(c_int) :: ignored
+      integer :: i, unit
+
+      do i = 2, len_trim(path)
+         if (path(i:i) /= '/') cycle
+         ! An answer other than 0 mostly means 'exists': what counts is whether a file can be made at the end.
+         ignored = c_mkdir(path(:i - 1)//c_null_char, permissions)
+      end do
+      ignored = c_mkdir(trim(path)//c_null_char, permissions)
+      open (newunit=unit, file=trim(path)//'/.write_test', action='write', status='replace', iostat=status)
+      if (status == 0) close (unit, status='delete', iostat=status)
+   end subroutine make_directory
+
+   !> Is there a file of this name?
+   logical function file_exists(path)
+      character(len=*), intent(in) :: path
+
+      inquire (file=trim(path), exist=file_exists)
+   end function file_exists
+
+   !> Delete a file; it is no error when there is none.
+   subroutine delete_file(path)
+      character(len=*), intent(in) :: path
+      integer :: unit, status
+
+      if (.not. file_exists(path)) return
+      open (newunit=unit, file=trim(path), status='old', iostat=status)
+      if (status == 0) close (unit, status='delete', iostat=status)
+   end subroutine delete_file
+
+   !> The whole of a text file.
+   subroutine read_text(path, text, status)
+      character(len=*), intent(in) :: path
+      !> Content, line ends included; empty when the file cannot be read
+      character(len=:), allocatable, intent(out) :: text
+      !> 0 on success
+      integer, intent(out) :: status
+      integer :: unit, length
+
+      text = ''
+      open (newunit=unit, file=trim(path), action='read', status='old', access='stream', form='unformatted', iostat=status)
+      if (status /= 0) return
+      inquire (unit=unit, size=length)
+      if (length > 0) then
+         deallocate (text)
+         allocate (character(len=length) :: text)
+         read (unit, iostat=status) text
+      end if
+      close (unit)
+   end subroutine read_text
+
+end module files_m

@@ -1,0 +1,318 @@
+!> checkpoint.h5: everything a run needs to go on, bit for bit. Written beside the old one and renamed when complete,
+!> so a kill at any moment leaves a checkpoint that can be used.
+module checkpoint_m
+   use errors_m, only: error_list_t
+   use files_m, only: replace_file, file_exists
+   use hdf5_m, only: h5_file_t
+   use kinds_m, only: wp, i8
+   use text_m, only: to_text, quoted
+   implicit none
+   private
+
+   public :: text_hash
+
+   !> Layout of the file; raise it when what is saved changes meaning
+   integer, parameter :: format_version = 1
+
+   !> What a checkpoint must agree with: the same mesh and the same deck
+   type, public :: fingerprint_t
+      integer :: nodes = 0, triangles = 0, joints = 0
+      !> text_hash of the deck
+      character(len=16) :: deck = ''
+   end type fingerprint_t
+
+   !> A checkpoint being written or read
+   type, public :: checkpoint_t
+      private
+      type(h5_file_t) :: file
+      character(len=:), allocatable :: path
+      logical :: writing = .false.
+   contains
+      procedure :: create
+      procedure :: open => open_checkpoint
+      procedure :: close => close_checkpoint
+      procedure :: has
+      procedure, private :: save_real, save_integer, save_long, save_real_1, save_real_2, save_integer_1, save_integer_2
+      !> save(name, value): a scalar or an array of rank 1 or 2
+      generic :: save => save_real, save_integer, save_long, save_real_1, save_real_2, save_integer_1, save_integer_2
+      procedure, private :: load_real, load_integer, load_long, load_real_1, load_real_2, load_integer_1, load_integer_2
+      !> load(name, value): arrays that are allocated must have the shape saved, others get it
+      generic :: load => load_real, load_integer, load_long, load_real_1, load_real_2, load_integer_1, load_integer_2
+   end type checkpoint_t
+
+contains
+
+   !> Start a checkpoint; the old one stays until `close`.
+   subroutine create(self, path, fingerprint)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(fingerprint_t), intent(in) :: fingerprint
+
+      self%path = trim(path)
+      self%writing = .true.
+      call self%file%create(self%path//'.part')
+      call self%file%put('/', 'format', format_version)
+      call self%file%put('/', 'nodes', fingerprint%nodes)
+      call self%file%put('/', 'triangles', fingerprint%triangles)
+      call self%file%put('/', 'joints', fingerprint%joints)
+      call self%file%put('/', 'deck', fingerprint%deck)
+   end subroutine create
+
+   !> Open a checkpoint and check that it belongs to this mesh and deck. After an error there is nothing to close.
+   subroutine open_checkpoint(self, path, fingerprint, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      type(fingerprint_t), intent(in) :: fingerprint
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: deck
+      integer :: version, before
+
+      self%path = trim(path)
+      self%writing = .false.
+      before = errors%count()
+      if (.not. file_exists(path)) then
+         call errors%add(self%path//': there is no such checkpoint')
+         return
+      end if
+      call self%file%open(self%path, writable=.false.)
+      call self%file%get('/', 'format', version)
+      if (.not. self%file%failed() .and. version /= format_version) call errors%add(self%path// &
+         ': written in checkpoint format '//to_text(version)//', this program reads '//to_text(format_version))
+      call check_count(self, 'nodes', fingerprint%nodes, errors)
+      call check_count(self, 'triangles', fingerprint%triangles, errors)
+      call check_count(self, 'joints', fingerprint%joints, errors)
+      call self%file%get('/', 'deck', deck)
+      if (.not. self%file%failed() .and. deck /= fingerprint%deck) call errors%add(self%path// &
+         ': written with another deck; restart with the deck.nml beside it')
+      if (self%file%failed() .or. errors%count() > before) call self%file%close(errors)
+   end subroutine open_checkpoint
+
+   !> One number of the fingerprint.
+   subroutine check_count(self, name, expected, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: expected
+      type(error_list_t), intent(inout) :: errors
+      integer :: found
+
+      call self%file%get('/', name, found)
+      if (self%file%failed()) return
+      if (found /= expected) call errors%add(self%path//': its mesh has '//to_text(found)//' '//name// &
+                                             ', the mesh of the deck has '//to_text(expected))
+   end subroutine check_count
+
+   !> Finish: a checkpoint written without any failure replaces the old one.
+   subroutine close_checkpoint(self, errors)
+      class(checkpoint_t), intent(inout) :: self
+      type(error_list_t), intent(inout) :: errors
+      integer :: before, status
+
+      before = errors%count()
+      call self%file%close(errors)
+      if (.not. self%writing .or. errors%count() > before) return
+      call replace_file(self%path//'.part', self%path, status)
+      if (status /= 0) call errors%add(self%path//': cannot replace the old checkpoint')
+   end subroutine close_checkpoint
+
+   !> Was something saved under this name?
+   logical function has(self, name)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+
+      has = self%file%has('/'//name)
+      if (.not. has) has = self%file%has_attribute('/', name)
+   end function has
+
+   !> Hash of a text by which a changed deck is noticed (a fingerprint, not a seal).
+   pure function text_hash(text) result(hash)
+      character(len=*), intent(in) :: text
+      !> Sixteen hexadecimal digits
+      character(len=16) :: hash
+      !> Two primes below 2**31, and a base above the number of characters: products stay far below 2**63
+      integer(i8), parameter :: prime(2) = [2147483647_i8, 2147483629_i8], base = 257_i8
+      integer(i8) :: sum(2)
+      integer :: i
+
+      sum = 0_i8
+      do i = 1, len(text)
+         sum = mod(sum*base + int(ichar(text(i:i)), i8) + 1_i8, prime)
+      end do
+      write (hash, '(2z8.8)') sum
+   end function text_hash
+
+   ! ---- Save --------------------------------------------------------------------------------------------------------
+
+   subroutine save_real(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value
+
+      call self%file%put('/', name, value)
+   end subroutine save_real
+
+   subroutine save_integer(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: value
+
+      call self%file%put('/', name, value)
+   end subroutine save_integer
+
+   subroutine save_long(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(i8), intent(in) :: value
+
+      call self%file%put('/', name, value)
+   end subroutine save_long
+
+   subroutine save_real_1(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value(:)
+
+      call self%file%write('/'//name, value, 'solver', 'restart data '//name)
+   end subroutine save_real_1
+
+   subroutine save_real_2(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value(:, :)
+
+      call self%file%write('/'//name, value, 'solver', 'restart data '//name)
+   end subroutine save_real_2
+
+   subroutine save_integer_1(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: value(:)
+
+      call self%file%write('/'//name, value, 'solver', 'restart data '//name)
+   end subroutine save_integer_1
+
+   subroutine save_integer_2(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: value(:, :)
+
+      call self%file%write('/'//name, value, 'solver', 'restart data '//name)
+   end subroutine save_integer_2
+
+   ! ---- Load --------------------------------------------------------------------------------------------------------
+
+   subroutine load_real(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(out) :: value
+      type(error_list_t), intent(inout) :: errors
+
+      value = 0.0_wp
+      if (known(self, name, errors)) call self%file%get('/', name, value)
+   end subroutine load_real
+
+   subroutine load_integer(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(out) :: value
+      type(error_list_t), intent(inout) :: errors
+
+      value = 0
+      if (known(self, name, errors)) call self%file%get('/', name, value)
+   end subroutine load_integer
+
+   subroutine load_long(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(i8), intent(out) :: value
+      type(error_list_t), intent(inout) :: errors
+
+      value = 0_i8
+      if (known(self, name, errors)) call self%file%get('/', name, value)
+   end subroutine load_long
+
+   subroutine load_real_1(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: value(:)
+      type(error_list_t), intent(inout) :: errors
+      real(wp), allocatable :: found(:)
+
+      if (.not. known(self, name, errors)) return
+      call self%file%read('/'//name, found)
+      if (allocated(value)) then
+         if (.not. same_shape(self, name, shape(value), shape(found), errors)) return
+      end if
+      call move_alloc(found, value)
+   end subroutine load_real_1
+
+   subroutine load_real_2(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: value(:, :)
+      type(error_list_t), intent(inout) :: errors
+      real(wp), allocatable :: found(:, :)
+
+      if (.not. known(self, name, errors)) return
+      call self%file%read('/'//name, found)
+      if (allocated(value)) then
+         if (.not. same_shape(self, name, shape(value), shape(found), errors)) return
+      end if
+      call move_alloc(found, value)
+   end subroutine load_real_2
+
+   subroutine load_integer_1(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, allocatable, intent(inout) :: value(:)
+      type(error_list_t), intent(inout) :: errors
+      integer, allocatable :: found(:)
+
+      if (.not. known(self, name, errors)) return
+      call self%file%read('/'//name, found)
+      if (allocated(value)) then
+         if (.not. same_shape(self, name, shape(value), shape(found), errors)) return
+      end if
+      call move_alloc(found, value)
+   end subroutine load_integer_1
+
+   subroutine load_integer_2(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, allocatable, intent(inout) :: value(:, :)
+      type(error_list_t), intent(inout) :: errors
+      integer, allocatable :: found(:, :)
+
+      if (.not. known(self, name, errors)) return
+      call self%file%read('/'//name, found)
+      if (allocated(value)) then
+         if (.not. same_shape(self, name, shape(value), shape(found), errors)) return
+      end if
+      call move_alloc(found, value)
+   end subroutine load_integer_2
+
+   !> Was it saved? An error otherwise.
+   logical function known(self, name, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(error_list_t), intent(inout) :: errors
+
+      known = self%has(name)
+      if (.not. known) call errors%add(self%path//': the checkpoint has no '//quoted(name))
+   end function known
+
+   logical function same_shape(self, name, expected, found, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: expected(:), found(:)
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+
+      same_shape = all(expected == found)
+      if (same_shape) return
+      do i = 1, size(expected)
+         if (expected(i) /= found(i)) call errors%add(self%path//': '//quoted(name)//' has extent '//to_text(found(i))// &
+                                                      ' in dimension '//to_text(i)//', expected '//to_text(expected(i)))
+      end do
+   end function same_shape
+
+end module checkpoint_m

@@ -1,0 +1,343 @@
+!> fields.h5: the mesh and one group of arrays a snapshot; fields.xdmf beside it lets ParaView open them. Both files are
+!> complete and closed after every snapshot, so what is there can be read while the run goes on and after a kill.
+module fields_m
+   use errors_m, only: error_list_t
+   use field_list_m, only: field_list_t, on_nodes, on_joints, place_name, vector_components
+   use files_m, only: file_exists
+   use hdf5_m, only: h5_file_t, h5_name_length
+   use kinds_m, only: wp, i8
+   use mesh_m, only: split_mesh_t
+   use provenance_m, only: provenance_t
+   use text_m, only: quoted
+   use xdmf_m, only: snapshot_t, write_xdmf
+   implicit none
+   private
+
+   !> Longest deck kept as an attribute: an object header of HDF5 holds 64 kB
+   integer, parameter :: longest_attribute = 60000
+   !> How the names of the groups of arrays start; a number follows
+   character(len=*), parameter :: step_prefix = 'step_', mesh_prefix = 'mesh'
+
+   !> The fields file
+   type, public :: fields_t
+      private
+      !> fields.h5 and fields.xdmf
+      character(len=:), allocatable :: path, xdmf_path
+      !> Group of the mesh in use, and how many meshes there are (cracks that open change the mesh)
+      character(len=:), allocatable :: mesh_group
+      integer :: meshes = 0
+      !> Numbers of nodes, triangles, joints
+      integer :: entities(3) = 0
+      !> Fields of the mesh that do not change with time, and what has been written so far
+      type(snapshot_t) :: constant
+      type(snapshot_t), allocatable :: snapshot(:)
+   contains
+      procedure :: init
+      procedure :: resume
+      procedure :: set_mesh
+      procedure :: write => write_snapshot
+   end type fields_t
+
+contains
+
+   !> Start new files with the mesh in them.
+   subroutine init(self, directory, mesh, block_edge, constant, provenance, errors)
+      class(fields_t), intent(inout) :: self
+      !> Results directory; it exists
+      character(len=*), intent(in) :: directory
+      type(split_mesh_t), intent(in) :: mesh
+      !> Block edge of each joint, 0 for none (joints)
+      integer, intent(in) :: block_edge(:)
+      !> Fields that do not change with time, such as JRCn (may be empty)
+      type(field_list_t), intent(in) :: constant
+      type(provenance_t), intent(in) :: provenance
+      type(error_list_t), intent(inout) :: errors
+      type(h5_file_t) :: file
+      integer :: before
+
+      before = errors%count()
+      call set_paths(self, directory)
+      call file%create(self%path)
+      call put_provenance(file, provenance)
+      call file%close(errors)
+      if (errors%count() > before) return
+      call self%set_mesh(mesh, block_edge, constant, errors)
+   end subroutine init
+
+   !> Go on with the files of an interrupted run: snapshots later than the restart time are dropped.
+   subroutine resume(self, directory, mesh, block_edge, constant, provenance, time, errors)
+      class(fields_t), intent(inout) :: self
+      character(len=*), intent(in) :: directory
+      type(split_mesh_t), intent(in) :: mesh
+      integer, intent(in) :: block_edge(:)
+      type(field_list_t), intent(in) :: constant
+      type(provenance_t), intent(in) :: provenance
+      !> Time of the checkpoint [s]
+      real(wp), intent(in) :: time
+      type(error_list_t), intent(inout) :: errors
+      character(len=h5_name_length), allocatable :: name(:)
+      type(h5_file_t) :: file
+      type(snapshot_t) :: found
+      integer :: i, before
+
+      before = errors%count()
+      call set_paths(self, directory)
+      if (.not. file_exists(self%path)) then
+         call self%init(directory, mesh, block_edge, constant, provenance, errors)
+         return
+      end if
+      call file%open(self%path, writable=.true.)
+      call file%members('/', name)
+      do i = 1, size(name)
+         if (index(name(i), mesh_prefix) == 1) self%meshes = self%meshes + 1
+         if (index(name(i), step_prefix) /= 1) cycle
+         call read_snapshot(file, '/'//trim(name(i)), found)
+         if (file%failed()) exit
+         if (found%time > time) then
+            call file%remove('/'//trim(name(i)))
+         else
+            call append(self, found)
+         end if
+      end do
+      self%entities = [size(mesh%x, 2), size(mesh%triangle, 2), size(mesh%joint, 2)]
+      if (allocated(self%mesh_group)) deallocate (self%mesh_group)
+      if (snapshots(self) > 0) then
+         ! Meshes only ever grow (a crack adds nodes and joints): equal sizes are the same mesh.
+         associate (last => self%snapshot(size(self%snapshot)))
+            if (all(last%entities == self%entities)) then
+               self%mesh_group = last%mesh
+               call self%constant%clear()
+               call read_fields(file, self%mesh_group, self%constant)
+            end if
+         end associate
+      end if
+      call file%close(errors)
+      if (errors%count() > before .or. allocated(self%mesh_group)) return
+      call self%set_mesh(mesh, block_edge, constant, errors)
+   end subroutine resume
+
+   !> Take another mesh into use: later snapshots are on it. The first is /mesh, then /mesh_000002 and so on.
+   subroutine set_mesh(self, mesh, block_edge, constant, errors)
+      class(fields_t), intent(inout) :: self
+      type(split_mesh_t), intent(in) :: mesh
+      integer, intent(in) :: block_edge(:)
+      type(field_list_t), intent(in) :: constant
+      type(error_list_t), intent(inout) :: errors
+      character(len=16) :: number
+      type(h5_file_t) :: file
+      integer :: before
+
+      before = errors%count()
+      self%meshes = self%meshes + 1
+      write (number, '(a,i6.6)') '_', self%meshes
+      if (self%meshes == 1) number = ''
+      self%mesh_group = '/'//mesh_prefix//trim(number)
+      self%entities = [size(mesh%x, 2), size(mesh%triangle, 2), size(mesh%joint, 2)]
+      call constant%check(self%entities, errors)
+      if (size(block_edge) /= size(mesh%joint, 2)) call errors%add(self%path//': one block edge for each joint is expected')
+      if (errors%count() > before) return
+
+      call file%open(self%path, writable=.true.)
+      call file%make_group(self%mesh_group)
+      call write_mesh(file, self%mesh_group//'/', mesh, block_edge)
+      call write_list(file, self%mesh_group, constant, self%constant)
+      call file%close(errors)
+   end subroutine set_mesh
+
+   !> Write one snapshot.
+   subroutine write_snapshot(self, time, step, stage, cycle, list, errors)
+      class(fields_t), intent(inout) :: self
+      !> Time [s], steps done
+      real(wp), intent(in) :: time
+      integer(i8), intent(in) :: step
+      !> Name of the stage, and cycle in it
+      character(len=*), intent(in) :: stage
+      integer, intent(in) :: cycle
+      !> What to write
+      type(field_list_t), intent(in) :: list
+      type(error_list_t), intent(inout) :: errors
+      type(h5_file_t) :: file
+      type(snapshot_t) :: new
+      character(len=16) :: number
+      integer :: before
+
+      before = errors%count()
+      call list%check(self%entities, errors)
+      if (errors%count() > before) return
+      write (number, '(i6.6)') snapshots(self) + 1
+      new%path = '/'//step_prefix//trim(number)
+      new%time = time
+
+      call file%open(self%path, writable=.true.)
+      call file%make_group(new%path)
+      call file%put(new%path, 'time_s', time)
+      call file%put(new%path, 'step', step)
+      call file%put(new%path, 'stage', stage)
+      call file%put(new%path, 'cycle', cycle)
+      call put_mesh_of(file, new, self%mesh_group, self%entities, self%constant)
+      call write_list(file, new%path, list, new)
+      call file%close(errors)
+      if (errors%count() > before) return
+      call append(self, new)
+      call write_xdmf(self%xdmf_path, 'fields.h5', self%snapshot, errors)
+   end subroutine write_snapshot
+
+   subroutine set_paths(self, directory)
+      type(fields_t), intent(inout) :: self
+      character(len=*), intent(in) :: directory
+
+      self%path = trim(directory)//'/fields.h5'
+      self%xdmf_path = trim(directory)//'/fields.xdmf'
+      self%meshes = 0
+      if (allocated(self%snapshot)) deallocate (self%snapshot)
+   end subroutine set_paths
+
+   pure integer function snapshots(self)
+      type(fields_t), intent(in) :: self
+
+      snapshots = 0
+      if (allocated(self%snapshot)) snapshots = size(self%snapshot)
+   end function snapshots
+
+   subroutine append(self, new)
+      type(fields_t), intent(inout) :: self
+      type(snapshot_t), intent(in) :: new
+      type(snapshot_t), allocatable :: longer(:)
+      integer :: n
+
+      n = snapshots(self)
+      allocate (longer(n + 1))
+      if (n > 0) longer(:n) = self%snapshot
+      longer(n + 1) = new
+      call move_alloc(longer, self%snapshot)
+   end subroutine append
+
+   subroutine put_provenance(file, provenance)
+      type(h5_file_t), intent(inout) :: file
+      type(provenance_t), intent(in) :: provenance
+
+      call file%put('/', 'program', 'femdem')
+      call file%put('/', 'version', provenance%version)
+      call file%put('/', 'commit', provenance%commit)
+      call file%put('/', 'compiler', provenance%compiler)
+      call file%put('/', 'compiler_options', provenance%compiler_options)
+      call file%put('/', 'command', provenance%command)
+      call file%put('/', 'date', provenance%date)
+      if (len(provenance%deck) <= longest_attribute) then
+         call file%put('/', 'deck', provenance%deck)
+      else
+         call file%put('/', 'deck', provenance%deck(:longest_attribute)//new_line('a')//'! cut short here: see deck.nml')
+      end if
+      call file%put('/', 'conventions', 'SI units unless the name says otherwise; node, triangle, joint and group numbers '// &
+                    'start at 0 (-1: none), block edges at 1 (0: none); compression is positive')
+   end subroutine put_provenance
+
+   !> Datasets of the mesh.
+   subroutine write_mesh(file, at, mesh, block_edge)
+      type(h5_file_t), intent(inout) :: file
+      !> Group of the mesh, with a slash at its end
+      character(len=*), intent(in) :: at
+      type(split_mesh_t), intent(in) :: mesh
+      integer, intent(in) :: block_edge(:)
+      call file%write(at//'coordinates', mesh%x, 'm', 'Nodes before any motion: x, y')
+      call file%write(at//'triangles', mesh%triangle - 1, '1', 'Nodes of each triangle, anticlockwise, from 0')
+      call file%write(at//'triangle_group', mesh%triangle_group - 1, '1', 'Group of each triangle, row of group_name')
+      call file%write(at//'joints', mesh%joint - 1, '1', &
+                      'Nodes of each joint element, from 0: A, B on the lower wall (right of A to B), A'', B'' on the upper')
+      call file%write(at//'joint_lines', mesh%joint(:2, :) - 1, '1', 'Nodes A, B of each joint element, from 0')
+      call file%write(at//'joint_group', mesh%joint_group - 1, '1', 'Group of each joint element, row of group_name')
+      call file%write(at//'joint_triangles', mesh%joint_triangle - 1, '1', 'Triangles on the lower and the upper wall, from 0')
+      call file%write(at//'block_edge', block_edge, '1', 'Block edge of each joint element, id of edges.csv (0: none)')
+      call file%write(at//'surface', mesh%surface - 1, '1', 'Free edges and fracture walls: two nodes, rock on the left')
+      call file%write(at//'surface_joint', mesh%surface_joint - 1, '1', 'Joint element whose wall the edge is (-1: outside)')
+      call file%write(at//'surface_group', mesh%surface_group - 1, '1', 'Group of each outer edge, row of group_name')
+      call file%write(at//'group_name', mesh%group%name, '1', 'Names of the groups of the mesh file')
+      call file%write(at//'group_dimension', mesh%group%dimension, '1', 'Dimension of each group: 0 points, 1 lines, 2 surfaces')
+      call file%write(at//'group_tag', mesh%group%tag, '1', 'Number of each group in the mesh file')
+   end subroutine write_mesh
+
+   !> Write all fields of a list into a group and note in the record what is there.
+   subroutine write_list(file, path, list, record)
+      type(h5_file_t), intent(inout) :: file
+      character(len=*), intent(in) :: path
+      type(field_list_t), intent(in) :: list
+      type(snapshot_t), intent(inout) :: record
+      character(len=:), allocatable :: dataset
+      integer :: i
+
+      call record%clear()
+      record%path = path
+      do i = 1, list%n
+         associate (field => list%field(i))
+            dataset = path//'/'//field%name
+            if (size(field%value, 1) == 1) then
+               call file%write(dataset, field%value(1, :), field%unit, field%description)
+            else
+               call file%write(dataset, field%value, field%unit, field%description)
+            end if
+            call file%put(dataset, 'place', place_name(field%place))
+            call file%put(dataset, 'components', size(field%value, 1))
+            call record%add(dataset, field%place, size(field%value, 1))
+         end associate
+      end do
+   end subroutine write_list
+
+   !> Say on which mesh a snapshot is.
+   subroutine put_mesh_of(file, snapshot, mesh_group, entities, constant)
+      type(h5_file_t), intent(inout) :: file
+      type(snapshot_t), intent(inout) :: snapshot
+      character(len=*), intent(in) :: mesh_group
+      integer, intent(in) :: entities(3)
+      type(snapshot_t), intent(in) :: constant
+      integer :: i
+
+      snapshot%mesh = mesh_group
+      snapshot%entities = entities
+      call file%put(snapshot%path, 'mesh', mesh_group)
+      do i = on_nodes, on_joints
+         call file%put(snapshot%path, trim(place_name(i)), entities(i))
+      end do
+      call snapshot%set_constant(constant)
+   end subroutine put_mesh_of
+
+   !> Read back what a snapshot holds.
+   subroutine read_snapshot(file, path, snapshot)
+      type(h5_file_t), intent(inout) :: file
+      character(len=*), intent(in) :: path
+      type(snapshot_t), intent(out) :: snapshot
+      type(snapshot_t) :: constant
+      integer :: i
+
+      snapshot%path = path
+      call file%get(path, 'time_s', snapshot%time)
+      call file%get(path, 'mesh', snapshot%mesh)
+      do i = on_nodes, on_joints
+         call file%get(path, trim(place_name(i)), snapshot%entities(i))
+      end do
+      call read_fields(file, path, snapshot)
+      call read_fields(file, snapshot%mesh, constant)
+      call snapshot%set_constant(constant)
+   end subroutine read_snapshot
+
+   !> Fields in a group: the datasets that have a place.
+   subroutine read_fields(file, path, record)
+      type(h5_file_t), intent(inout) :: file
+      character(len=*), intent(in) :: path
+      type(snapshot_t), intent(inout) :: record
+      character(len=h5_name_length), allocatable :: name(:)
+      character(len=:), allocatable :: place, dataset
+      integer :: i, k, components
+
+      call file%members(path, name)
+      do i = 1, size(name)
+         dataset = path//'/'//trim(name(i))
+         if (.not. file%has_attribute(dataset, 'place')) cycle
+         call file%get(dataset, 'place', place)
+         call file%get(dataset, 'components', components)
+         do k = on_nodes, on_joints
+            if (place_name(k) == place) call record%add(dataset, k, components)
+         end do
+      end do
+   end subroutine read_fields
+
+end module fields_m
