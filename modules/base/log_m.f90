@@ -1,6 +1,8 @@
 !> The run's log: every line goes to run.log, and to the screen unless the run is quiet.
 module log_m
    use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+   use kinds_m, only: wp, i8
+   use text_m, only: to_text
    implicit none
    private
 
@@ -16,6 +18,20 @@ module log_m
       procedure :: warn
       procedure :: close => close_log
    end type log_t
+
+   !> Seconds between two progress lines
+   real(wp), parameter :: progress_interval = 10.0_wp
+
+   !> How far a long run has come, said now and then with the time left
+   type, public :: progress_t
+      private
+      !> Clock counts at the start and at the last line
+      integer(i8) :: started = 0_i8, told = 0_i8
+   contains
+      procedure :: start
+      procedure :: elapsed
+      procedure :: tick
+   end type progress_t
 
 contains
 
@@ -57,6 +73,42 @@ contains
       if (self%file /= 0) close (self%file)
       self%file = 0
    end subroutine close_log
+
+   !> Start the clock.
+   subroutine start(self)
+      class(progress_t), intent(inout) :: self
+
+      call system_clock(self%started)
+      self%told = self%started
+   end subroutine start
+
+   !> Seconds since the start.
+   real(wp) function elapsed(self)
+      class(progress_t), intent(in) :: self
+      integer(i8) :: now, rate
+
+      call system_clock(now, rate)
+      elapsed = real(now - self%started, wp)/real(rate, wp)
+   end function elapsed
+
+   !> Say how far the run is, unless that was said a moment ago.
+   subroutine tick(self, log, done)
+      class(progress_t), intent(inout) :: self
+      type(log_t), intent(in) :: log
+      !> Part of the run that is done, 0 to 1
+      real(wp), intent(in) :: done
+      integer(i8) :: now, rate
+      real(wp) :: spent
+
+      call system_clock(now, rate)
+      if (real(now - self%told, wp) < progress_interval*real(rate, wp)) return
+      self%told = now
+      spent = self%elapsed()
+      if (done > 0.0_wp) then
+         call log%say('  '//to_text(nint(100.0_wp*done))//' % done after '//to_text(nint(spent))//' s, about '// &
+                      to_text(nint(spent*(1.0_wp - done)/done))//' s left')
+      end if
+   end subroutine tick
 
    subroutine to_file(self, text)
       class(log_t), intent(in) :: self

@@ -3,7 +3,7 @@ module gravity_group_m
    use kinds_m, only: wp
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, namelist_text, require_clean_read, check_range
+   use deck_variable_m, only: variable_t, a_number, a_switch, namelist_text, require_clean_read, check_range
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
@@ -21,11 +21,14 @@ module gravity_group_m
       real(wp) :: gx = 0.0_wp
       !> Acceleration in y [m/s2]
       real(wp) :: gy = 0.0_wp
+      !> Does the weight grow over the first stage, or act in full from the start?
+      logical :: ramped = .true.
    end type gravity_t
 
    type(variable_t), parameter :: variables(*) = [ &
       variable_t('gx', a_number), &
-      variable_t('gy', a_number)]
+      variable_t('gy', a_number), &
+      variable_t('ramped', a_switch)]
 
 contains
 
@@ -66,6 +69,7 @@ contains
       call begin_group(unit, 'gravity')
       call put(unit, 'gx', gravity%gx)
       call put(unit, 'gy', gravity%gy)
+      call put(unit, 'ramped', gravity%ramped)
       call end_group(unit)
    end subroutine write_gravity
 

@@ -2,13 +2,14 @@
 module joint_law_m
    use kinds_m, only: wp
    use joint_point_m, only: joint_point_t, joint_tangent_t
-   use jcm_m, only: jcm_edge_t, jcm_update, jcm_tangent, closure_stress, elastic_shear_stiffness
+   use jcm_m, only: jcm_edge_t, jcm_update, jcm_tangent, closure_stress, normal_stiffness, elastic_shear_stiffness
    use coulomb_joint_m, only: coulomb_joint_t, coulomb_update, coulomb_tangent, coulomb_closure_stress, &
       & coulomb_shear_stiffness
    implicit none
    private
 
-   public :: joint_law_named, update_joint, joint_tangent, joint_closure_stress, joint_shear_stiffness, joint_initial_aperture
+   public :: joint_law_named, update_joint, joint_tangent, joint_closure_stress, joint_normal_stiffness, joint_shear_stiffness, &
+      & joint_initial_aperture
 
    !> The laws. jcm_mean is jcm on edges that were all scaled to the mean block-edge length.
    integer, parameter, public :: law_unknown = 0, law_jcm = 1, law_jcm_mean = 2, law_coulomb = 3
@@ -84,6 +85,21 @@ contains
          sn = coulomb_closure_stress(law%coulomb, vn)
       end select
    end function joint_closure_stress
+
+   !> Normal stiffness at a normal stress, for the stable step; that of first touch when open [MPa/mm].
+   pure real(wp) function joint_normal_stiffness(law, sn) result(stiffness)
+      type(joint_law_t), intent(in) :: law
+      !> Normal stress [MPa]
+      real(wp), intent(in) :: sn
+
+      stiffness = 0.0_wp
+      select case (law%kind)
+      case (law_jcm, law_jcm_mean)
+         stiffness = normal_stiffness(law%jcm%kn0, law%jcm%vm, sn)
+      case (law_coulomb)
+         stiffness = law%coulomb%kn
+      end select
+   end function joint_normal_stiffness
 
    !> Elastic shear stiffness at a normal stress, for the stable step [MPa/mm].
    pure real(wp) function joint_shear_stiffness(law, sn) result(stiffness)

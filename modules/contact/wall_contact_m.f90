@@ -1,0 +1,349 @@
+!> Contact of facing fracture walls: where each piece of an upper wall meets the other side now.
+!>
+!> Every joint's upper wall edge A'B' is projected on the surface opposite, starting from the edge it faced last and
+!> walking along that surface, so that sliding over any number of elements costs no search. Each overlap of an upper
+!> edge with one opposite edge gets two Gauss points; the pressure there is found by the joint's law, and the forces
+!> go to the four nodes by their shape functions. Overlaps are exact, so a constant pressure passes between walls whose
+!> nodes do not match. The walls continue straight across crossings of fractures and on to the outer boundary.
+module wall_contact_m
+   use kinds_m, only: wp
+   use mesh_m, only: split_mesh_t
+   implicit none
+   private
+
+   !> Position of the two Gauss points on [0,1]
+   real(wp), parameter :: gauss(2) = [0.5_wp - sqrt(1.0_wp/12.0_wp), 0.5_wp + sqrt(1.0_wp/12.0_wp)]
+   !> Surfaces face each other when their normals are within 60 degrees of opposite; they continue each other within 60
+   real(wp), parameter :: facing_cosine = 0.5_wp
+   !> Overlaps shorter than this part of the edge carry nothing worth a division
+   real(wp), parameter :: least_overlap = 1.0e-9_wp
+   !> Walls that have passed through each other by more than this part of an edge are not in contact but lost
+   real(wp), parameter :: deepest = 1.0_wp
+   !> Longest walk along the opposite surface in one step (edges)
+   integer, parameter :: longest_walk = 64
+
+   !> The upper walls, the surface they walk on, and the integration points found last
+   type, public :: wall_contact_t
+      !> Joint of each upper wall edge (walls), its nodes A', B' (2, walls), surface edge faced last (walls)
+      integer, allocatable :: joint(:), node(:, :), facing(:)
+      !> Surface edges (2, edges), rock on their left; the edges that go on straight from their start and end (0: none)
+      integer, allocatable :: surface(:, :), before(:), after(:)
+      !> Current length of each wall edge (walls) [m]; its tangent i (2, walls)
+      real(wp), allocatable :: length(:), tangent(:, :)
+      !> Integration points: number, wall edge, four nodes (A', B', p, q)
+      integer :: points = 0
+      integer, allocatable :: wall(:), point_node(:, :)
+      !> Shape functions at the four nodes (4, points), weight [m], gap along the normal [m], negative when overlapping
+      real(wp), allocatable :: shape(:, :), weight(:), gap(:)
+   end type wall_contact_t
+
+   public :: init_wall_contact, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate
+
+contains
+
+   !> Set up the wall contact of the given joints. Tips with coinciding ends are allowed.
+   subroutine init_wall_contact(split, handled, walls)
+      type(split_mesh_t), intent(in) :: split
+      !> Joints whose walls are in wall contact (joints)
+      logical, intent(in) :: handled(:)
+      type(wall_contact_t), intent(out) :: walls
+      integer :: j, e, n
+      integer, allocatable :: lower_edge(:)
+
+      n = count(handled)
+      walls%joint = pack([(j, j=1, size(handled))], handled)
+      walls%node = split%joint(3:4, walls%joint)
+      walls%surface = split%surface
+      allocate (walls%length(n), walls%tangent(2, n))
+      walls%length = 0.0_wp
+      walls%tangent = 0.0_wp
+      allocate (lower_edge(size(handled)))
+      lower_edge = 0
+      do e = 1, size(split%surface, 2)
+         if (split%surface_side(e) < 0) lower_edge(split%surface_joint(e)) = e
+      end do
+      walls%facing = lower_edge(walls%joint)
+      call continue_straight(split, walls%before, walls%after)
+      call grow(walls, 4*n + 8)
+   end subroutine init_wall_contact
+
+   !> For each surface edge find the edges that continue it most nearly straight, across crossings too.
+   subroutine continue_straight(split, before, after)
+      type(split_mesh_t), intent(in) :: split
+      !> Edge that ends where this one starts, edge that starts where this one ends (edges); 0: none
+      integer, allocatable, intent(out) :: before(:), after(:)
+      integer, allocatable :: first(:), starts(:)
+      integer :: e, other, k, end_node, n, best
+      real(wp) :: cosine, best_cosine
+      logical :: best_joined, joined
+
+      n = size(split%surface, 2)
+      allocate (before(n), after(n))
+      before = 0
+      after = 0
+      call edges_by_start(split, first, starts)
+      do e = 1, n
+         end_node = split%origin(split%surface(2, e))
+         best = 0
+         best_cosine = facing_cosine
+         best_joined = .false.
+         do k = first(end_node), first(end_node + 1) - 1
+            other = starts(k)
+            cosine = dot_product(direction(split, e), direction(split, other))
+            if (cosine < facing_cosine) cycle
+            ! The surface of the same body goes before that of another block
+            joined = split%surface(1, other) == split%surface(2, e)
+            if (best_joined .and. .not. joined) cycle
+            if ((joined .and. .not. best_joined) .or. cosine > best_cosine) then
+               best = other
+               best_cosine = cosine
+               best_joined = joined
+            end if
+         end do
+         after(e) = best
+      end do
+      do e = 1, n
+         if (after(e) > 0) then
+            if (before(after(e)) == 0 .or. split%surface(2, e) == split%surface(1, after(e))) before(after(e)) = e
+         end if
+      end do
+   end subroutine continue_straight
+
+   !> Surface edges sorted by the original node they start from (compressed rows).
+   subroutine edges_by_start(split, first, starts)
+      type(split_mesh_t), intent(in) :: split
+      !> Edges starting from original node i: starts(first(i):first(i+1)-1)
+      integer, allocatable, intent(out) :: first(:), starts(:)
+      integer, allocatable :: next(:)
+      integer :: e, node
+
+      allocate (first(maxval(split%origin) + 1), starts(size(split%surface, 2)))
+      first = 0
+      do e = 1, size(split%surface, 2)
+         node = split%origin(split%surface(1, e))
+         first(node + 1) = first(node + 1) + 1
+      end do
+      first(1) = 1
+      do node = 2, size(first)
+         first(node) = first(node) + first(node - 1)
+      end do
+      next = first
+      do e = 1, size(split%surface, 2)
+         node = split%origin(split%surface(1, e))
+         starts(next(node)) = e
+         next(node) = next(node) + 1
+      end do
+   end subroutine edges_by_start
+
+   !> Unit vector along a surface edge before any motion.
+   pure function direction(split, e)
+      type(split_mesh_t), intent(in) :: split
+      integer, intent(in) :: e
+      real(wp) :: direction(2)
+
+      direction = split%x(:, split%surface(2, e)) - split%x(:, split%surface(1, e))
+      direction = direction/sqrt(sum(direction**2))
+   end function direction
+
+   !> Find the integration points of all walls for the current displacement.
+   subroutine find_overlaps(walls, x, u)
+      type(wall_contact_t), intent(inout) :: walls
+      !> Reference coordinates and displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      integer :: w, e, steps
+      real(wp) :: a(2), b(2), t(2), length, from, to
+      logical :: faces, beyond_start, beyond_end
+
+      walls%points = 0
+      do w = 1, size(walls%joint)
+         a = x(:, walls%node(1, w)) + u(:, walls%node(1, w))
+         b = x(:, walls%node(2, w)) + u(:, walls%node(2, w))
+         length = sqrt(sum((b - a)**2))
+         t = (b - a)/length
+         walls%length(w) = length
+         walls%tangent(:, w) = t
+         e = walls%facing(w)
+         if (e == 0) cycle
+         call project(walls, e, x, u, a, t, length, from, to, faces)
+         ! Walk until the edge faced last overlaps this one again
+         do steps = 1, longest_walk
+            if (to > 0.0_wp .and. from < 1.0_wp) exit
+            if (to <= 0.0_wp) then
+               if (walls%before(e) == 0) exit
+               e = walls%before(e)
+            else
+               if (walls%after(e) == 0) exit
+               e = walls%after(e)
+            end if
+            call project(walls, e, x, u, a, t, length, from, to, faces)
+         end do
+         walls%facing(w) = e
+         if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to)
+         beyond_start = from > 0.0_wp
+         beyond_end = to < 1.0_wp
+         call walk_on(walls, w, x, u, a, b, t, length, walls%after, beyond_start)
+         call walk_on(walls, w, x, u, a, b, t, length, walls%before, beyond_end)
+      end do
+   end subroutine find_overlaps
+
+   !> Add the points of the edges that follow the one faced, in one direction, while they still overlap the wall.
+   subroutine walk_on(walls, w, x, u, a, b, t, length, neighbour, more)
+      type(wall_contact_t), intent(inout) :: walls
+      integer, intent(in) :: w
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      !> Ends, tangent and length of the wall edge
+      real(wp), intent(in) :: a(2), b(2), t(2), length
+      !> Next edge in the direction of the walk
+      integer, intent(in) :: neighbour(:)
+      !> Is there wall left beyond the edge faced in this direction?
+      logical, intent(in) :: more
+      integer :: e, steps
+      real(wp) :: from, to
+      logical :: faces
+
+      if (.not. more) return
+      e = walls%facing(w)
+      do steps = 1, longest_walk
+         e = neighbour(e)
+         if (e == 0) return
+         call project(walls, e, x, u, a, t, length, from, to, faces)
+         if (.not. faces .or. to <= 0.0_wp .or. from >= 1.0_wp) return
+         call add_points(walls, w, e, x, u, a, b, t, length, from, to)
+      end do
+   end subroutine walk_on
+
+   !> Part of the wall edge that a surface edge covers, as fractions of the wall edge from A' to B' (beyond [0,1] outside).
+   pure subroutine project(walls, e, x, u, a, t, length, from, to, faces)
+      type(wall_contact_t), intent(in) :: walls
+      integer, intent(in) :: e
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      real(wp), intent(in) :: a(2), t(2), length
+      real(wp), intent(out) :: from, to
+      !> Do the two edges face each other?
+      logical, intent(out) :: faces
+      real(wp) :: p(2), q(2)
+
+      p = x(:, walls%surface(1, e)) + u(:, walls%surface(1, e))
+      q = x(:, walls%surface(2, e)) + u(:, walls%surface(2, e))
+      to = dot_product(p - a, t)/length
+      from = dot_product(q - a, t)/length
+      faces = (to - from)*length > facing_cosine*sqrt(sum((q - p)**2))
+   end subroutine project
+
+   !> Two Gauss points on the overlap of a wall edge with a surface edge.
+   subroutine add_points(walls, w, e, x, u, a, b, t, length, from, to)
+      type(wall_contact_t), intent(inout) :: walls
+      integer, intent(in) :: w, e
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      real(wp), intent(in) :: a(2), b(2), t(2), length, from, to
+      real(wp) :: p(2), q(2), low, high, xi, eta, gap
+      integer :: g, k, nodes(4)
+
+      low = max(0.0_wp, from)
+      high = min(1.0_wp, to)
+      if (high - low < least_overlap) return
+      nodes = [walls%node(:, w), walls%surface(:, e)]
+      p = x(:, nodes(3)) + u(:, nodes(3))
+      q = x(:, nodes(4)) + u(:, nodes(4))
+      if (walls%points + 2 > size(walls%wall)) call grow(walls, 2*size(walls%wall))
+      do g = 1, 2
+         xi = low + (high - low)*gauss(g)
+         eta = (to - xi)/(to - from)
+         ! Outward normal of the upper wall is its tangent turned clockwise
+         gap = dot_product(p + eta*(q - p) - a - xi*(b - a), [t(2), -t(1)])
+         if (gap < -deepest*length) cycle
+         k = walls%points + 1
+         walls%points = k
+         walls%wall(k) = w
+         walls%point_node(:, k) = nodes
+         walls%shape(:, k) = [1.0_wp - xi, xi, 1.0_wp - eta, eta]
+         walls%weight(k) = 0.5_wp*(high - low)*length
+         walls%gap(k) = gap
+      end do
+   end subroutine add_points
+
+   !> Make room for at least n integration points.
+   subroutine grow(walls, n)
+      type(wall_contact_t), intent(inout) :: walls
+      integer, intent(in) :: n
+      integer, allocatable :: wall(:), point_node(:, :)
+      real(wp), allocatable :: shape(:, :), weight(:), gap(:)
+
+      allocate (wall(n), point_node(4, n), shape(4, n), weight(n), gap(n))
+      associate (k => walls%points)
+         if (k > 0) then
+            wall(:k) = walls%wall(:k)
+            point_node(:, :k) = walls%point_node(:, :k)
+            shape(:, :k) = walls%shape(:, :k)
+            weight(:k) = walls%weight(:k)
+            gap(:k) = walls%gap(:k)
+         end if
+      end associate
+      call move_alloc(wall, walls%wall)
+      call move_alloc(point_node, walls%point_node)
+      call move_alloc(shape, walls%shape)
+      call move_alloc(weight, walls%weight)
+      call move_alloc(gap, walls%gap)
+   end subroutine grow
+
+   !> Add the forces of given tractions at the integration points to the nodes of both walls (eqs 2, 4 in wall form).
+   pure subroutine add_wall_forces(walls, pressure, shear, normal_force, friction_force)
+      type(wall_contact_t), intent(in) :: walls
+      !> Normal stress, compression positive, and shear stress on the lower wall along i (points) [Pa]
+      real(wp), intent(in) :: pressure(:), shear(:)
+      !> Nodal forces (2, nodes) [N per m of thickness]: normal and tangential part kept apart for the energy balance
+      real(wp), contiguous, intent(inout) :: normal_force(:, :), friction_force(:, :)
+      real(wp) :: normal(2), tangent(2)
+      integer :: k, i
+      real(wp), parameter :: side(4) = [1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp]
+
+      do k = 1, walls%points
+         if (pressure(k) <= 0.0_wp) cycle
+         ! j of the joint points from the lower wall to the upper: the lower wall pushes the upper one along j
+         normal = [-walls%tangent(2, walls%wall(k)), walls%tangent(1, walls%wall(k))]*pressure(k)*walls%weight(k)
+         tangent = -walls%tangent(:, walls%wall(k))*shear(k)*walls%weight(k)
+         do i = 1, 4
+            associate (node => walls%point_node(i, k), n => side(i)*walls%shape(i, k))
+               normal_force(:, node) = normal_force(:, node) + n*normal
+               friction_force(:, node) = friction_force(:, node) + n*tangent
+            end associate
+         end do
+      end do
+   end subroutine add_wall_forces
+
+   !> Add the row sums of the walls' stiffness to the nodal bounds (see solid_m).
+   pure subroutine wall_stiffness_bound(walls, stiffness, bound)
+      type(wall_contact_t), intent(in) :: walls
+      !> The larger of normal and shear stiffness (walls) [Pa/m]
+      real(wp), intent(in) :: stiffness(:)
+      !> Nodal bound (nodes) [N/m per m of thickness]
+      real(wp), intent(inout) :: bound(:)
+      !> Sum of the absolute shape functions of both walls
+      real(wp), parameter :: row_sum = 2.0_wp
+      integer :: k, i
+
+      do k = 1, walls%points
+         do i = 1, 4
+            associate (node => walls%point_node(i, k))
+               bound(node) = bound(node) + row_sum*stiffness(walls%wall(k))*walls%weight(k)*walls%shape(i, k)
+            end associate
+         end do
+      end do
+   end subroutine wall_stiffness_bound
+
+   !> Velocity of the upper wall relative to the lower one along i at an integration point [m/s].
+   pure real(wp) function wall_slip_rate(walls, k, v) result(rate)
+      type(wall_contact_t), intent(in) :: walls
+      !> Integration point
+      integer, intent(in) :: k
+      !> Velocity (2, nodes) [m/s]
+      real(wp), contiguous, intent(in) :: v(:, :)
+      real(wp) :: relative(2)
+
+      associate (node => walls%point_node(:, k), n => walls%shape(:, k))
+         relative = n(1)*v(:, node(1)) + n(2)*v(:, node(2)) - n(3)*v(:, node(3)) - n(4)*v(:, node(4))
+      end associate
+      rate = dot_product(relative, walls%tangent(:, walls%wall(k)))
+   end function wall_slip_rate
+
+end module wall_contact_m

@@ -1,0 +1,273 @@
+!> Boundary conditions of the stages: prescribed velocities, tractions, far-field stress, follower pressure, gravity.
+!>
+!> At the start of a stage everything the deck says about it is compiled into nodal arrays; during the stage the loads go
+!> from their value at the end of the previous stage to that at the end of this one, and prescribed velocities act while
+!> the stage moves and are zero while it rests. A load keeps its value until a later stage gives another one.
+module loads_m
+   use kinds_m, only: wp
+   use constants_m, only: is_set
+   use mesh_m, only: split_mesh_t, find_group
+   use boundary_group_m, only: boundary_t
+   implicit none
+   private
+
+   !> Loads and prescribed motion of the current stage
+   type, public :: loads_t
+      !> Is the displacement component prescribed? (2, nodes)
+      logical, allocatable :: fixed(:, :)
+      !> Prescribed velocity while the stage moves (2, nodes) [m/s]
+      real(wp), allocatable :: velocity(:, :)
+      !> Dead nodal loads at the start and end of the stage (2, nodes) [N per m of thickness]
+      real(wp), allocatable :: dead_start(:, :), dead_end(:, :)
+      !> Follower pressure on surface edges at the start and end of the stage (loaded edges) [Pa]
+      real(wp), allocatable :: pressure_start(:), pressure_end(:)
+      !> Nodes of the edges under pressure, rock on the left (2, loaded edges), and their surface edge
+      integer, allocatable :: pressure_edge(:, :), pressure_surface(:)
+   end type loads_t
+
+   public :: init_loads, start_stage, nodal_loads, group_nodes, smooth_ramp
+
+contains
+
+   !> No loads yet: the state before the first stage.
+   subroutine init_loads(split, boundary, loads)
+      type(split_mesh_t), intent(in) :: split
+      !> All boundary groups of the deck
+      type(boundary_t), intent(in) :: boundary(:)
+      type(loads_t), intent(out) :: loads
+      logical, allocatable :: pressed(:)
+      integer :: nodes, b, e
+
+      nodes = size(split%x, 2)
+      allocate (loads%fixed(2, nodes), source=.false.)
+      allocate (loads%velocity(2, nodes), loads%dead_start(2, nodes), loads%dead_end(2, nodes), source=0.0_wp)
+      allocate (pressed(size(split%surface, 2)), source=.false.)
+      do b = 1, size(boundary)
+         if (is_set(boundary(b)%pressure)) pressed = pressed .or. on_group(split, boundary(b)%group)
+      end do
+      loads%pressure_surface = pack([(e, e=1, size(pressed))], pressed)
+      loads%pressure_edge = split%surface(:, loads%pressure_surface)
+      allocate (loads%pressure_start(count(pressed)), loads%pressure_end(count(pressed)), source=0.0_wp)
+   end subroutine init_loads
+
+   !> Compile the boundary conditions of a stage. Velocities: what is given for this stage, else for all stages. Loads:
+   !> what was given last, for this stage or one before it, else for all stages.
+   subroutine start_stage(split, boundary, stage_name, stage, body_force, loads)
+      type(split_mesh_t), intent(in) :: split
+      type(boundary_t), intent(in) :: boundary(:)
+      !> Names of all stages in order, and the number of the one that starts
+      character(len=*), intent(in) :: stage_name(:)
+      integer, intent(in) :: stage
+      !> Weight of the nodes at the end of this stage (2, nodes) [N per m of thickness]
+      real(wp), intent(in) :: body_force(:, :)
+      type(loads_t), intent(inout) :: loads
+      real(wp), allocatable :: dead(:, :)
+      integer :: given_in(size(boundary)), b
+
+      given_in = [(stage_number(stage_name, boundary(b)%stage), b=1, size(boundary))]
+      loads%fixed = .false.
+      loads%velocity = 0.0_wp
+      loads%dead_start = loads%dead_end
+      loads%pressure_start = loads%pressure_end
+      dead = body_force
+      do b = 1, size(boundary)
+         if (given_in(b) > stage) cycle
+         if (is_velocity(boundary(b))) then
+            if (given_in(b) /= 0 .and. given_in(b) /= stage) cycle
+            if (replaced(b, earliest=stage)) cycle
+            call prescribe_velocity(split, boundary(b), loads)
+         else
+            if (replaced(b, earliest=1)) cycle
+            call add_traction(split, boundary(b), dead)
+            call set_pressure(split, boundary(b), loads)
+         end if
+      end do
+      loads%dead_end = dead
+
+   contains
+
+      !> Is there a later condition of the same kind on the same group, given in a stage from the earliest to this one?
+      pure logical function replaced(b, earliest)
+         integer, intent(in) :: b, earliest
+         integer :: other
+
+         replaced = .false.
+         do other = 1, size(boundary)
+            if (given_in(other) <= given_in(b) .or. given_in(other) < earliest .or. given_in(other) > stage) cycle
+            if (boundary(other)%group == boundary(b)%group) replaced = replaced .or. same_kind(boundary(other), boundary(b))
+         end do
+      end function replaced
+
+   end subroutine start_stage
+
+   !> Number of a stage; 0 for 'all'.
+   pure integer function stage_number(stage_name, name) result(number)
+      character(len=*), intent(in) :: stage_name(:), name
+      integer :: s
+
+      number = 0
+      do s = 1, size(stage_name)
+         if (stage_name(s) == name) number = s
+      end do
+   end function stage_number
+
+   pure logical function is_velocity(boundary)
+      type(boundary_t), intent(in) :: boundary
+
+      is_velocity = is_set(boundary%vx) .or. is_set(boundary%vy)
+   end function is_velocity
+
+   !> Do two boundary groups give the same kind of condition?
+   pure logical function same_kind(a, b)
+      type(boundary_t), intent(in) :: a, b
+
+      same_kind = (is_set(a%vx) .and. is_set(b%vx)) .or. (is_set(a%vy) .and. is_set(b%vy)) .or. &
+                  (is_set(a%tx) .and. is_set(b%tx)) .or. (is_set(a%ty) .and. is_set(b%ty)) .or. &
+                  (is_set(a%pressure) .and. is_set(b%pressure)) .or. (is_set(a%sxx) .and. is_set(b%sxx))
+   end function same_kind
+
+   subroutine prescribe_velocity(split, boundary, loads)
+      type(split_mesh_t), intent(in) :: split
+      type(boundary_t), intent(in) :: boundary
+      type(loads_t), intent(inout) :: loads
+      logical, allocatable :: member(:)
+
+      if (.not. (is_set(boundary%vx) .or. is_set(boundary%vy))) return
+      member = group_nodes(split, boundary%group)
+      if (is_set(boundary%vx)) then
+         where (member)
+            loads%fixed(1, :) = .true.
+            loads%velocity(1, :) = boundary%vx
+         end where
+      end if
+      if (is_set(boundary%vy)) then
+         where (member)
+            loads%fixed(2, :) = .true.
+            loads%velocity(2, :) = boundary%vy
+         end where
+      end if
+   end subroutine prescribe_velocity
+
+   !> Add a boundary's dead traction or far-field stress, lumped to the ends of its edges.
+   subroutine add_traction(split, boundary, force)
+      type(split_mesh_t), intent(in) :: split
+      type(boundary_t), intent(in) :: boundary
+      real(wp), intent(inout) :: force(:, :)
+      logical, allocatable :: loaded(:)
+      real(wp) :: along(2), outward(2), resultant(2), sxx, syy, sxy
+      integer :: e, i
+
+      if (.not. (is_set(boundary%tx) .or. is_set(boundary%ty) .or. is_set(boundary%sxx))) return
+      loaded = on_group(split, boundary%group)
+      do e = 1, size(loaded)
+         if (.not. loaded(e)) cycle
+         along = split%x(:, split%surface(2, e)) - split%x(:, split%surface(1, e))
+         ! Outward normal times length: the rock is on the left of the edge
+         outward = [along(2), -along(1)]
+         resultant = 0.0_wp
+         if (is_set(boundary%tx)) resultant(1) = boundary%tx*norm2(along)
+         if (is_set(boundary%ty)) resultant(2) = boundary%ty*norm2(along)
+         if (is_set(boundary%sxx)) then
+            sxx = boundary%sxx
+            syy = given_or_zero(boundary%syy)
+            sxy = given_or_zero(boundary%sxy)
+            resultant = resultant - [sxx*outward(1) + sxy*outward(2), sxy*outward(1) + syy*outward(2)]
+         end if
+         do i = 1, 2
+            force(:, split%surface(i, e)) = force(:, split%surface(i, e)) + 0.5_wp*resultant
+         end do
+      end do
+   end subroutine add_traction
+
+   pure real(wp) function given_or_zero(value)
+      real(wp), intent(in) :: value
+
+      given_or_zero = merge(value, 0.0_wp, is_set(value))
+   end function given_or_zero
+
+   subroutine set_pressure(split, boundary, loads)
+      type(split_mesh_t), intent(in) :: split
+      type(boundary_t), intent(in) :: boundary
+      type(loads_t), intent(inout) :: loads
+      logical, allocatable :: pressed(:)
+
+      if (.not. is_set(boundary%pressure)) return
+      pressed = on_group(split, boundary%group)
+      where (pressed(loads%pressure_surface)) loads%pressure_end = boundary%pressure
+   end subroutine set_pressure
+
+   !> Loads at a point of the stage: dead loads interpolated, pressure on the edges where they are now.
+   pure subroutine nodal_loads(loads, x, u, level, force)
+      type(loads_t), intent(in) :: loads
+      !> Reference coordinates and displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      !> 0 at the start of the stage, 1 at its end
+      real(wp), intent(in) :: level
+      !> Nodal loads (2, nodes) [N per m of thickness]
+      real(wp), contiguous, intent(out) :: force(:, :)
+      real(wp) :: along(2), half_push(2)
+      integer :: e
+
+      force = loads%dead_start + level*(loads%dead_end - loads%dead_start)
+      do e = 1, size(loads%pressure_surface)
+         associate (p => loads%pressure_edge(1, e), q => loads%pressure_edge(2, e))
+            along = x(:, q) + u(:, q) - x(:, p) - u(:, p)
+            half_push = 0.5_wp*(loads%pressure_start(e) + level*(loads%pressure_end(e) - loads%pressure_start(e)))* &
+                        [-along(2), along(1)]
+            force(:, p) = force(:, p) + half_push
+            force(:, q) = force(:, q) + half_push
+         end associate
+      end do
+   end subroutine nodal_loads
+
+   !> Nodes that belong to a physical point, curve or surface (nodes).
+   function group_nodes(split, name) result(member)
+      type(split_mesh_t), intent(in) :: split
+      character(len=*), intent(in) :: name
+      logical, allocatable :: member(:), edge(:)
+      integer :: group, i
+
+      allocate (member(size(split%x, 2)), source=.false.)
+      group = find_group(split%group, name, 2)
+      if (group > 0) then
+         do i = 1, size(split%triangle, 2)
+            if (split%triangle_group(i) == group) member(split%triangle(:, i)) = .true.
+         end do
+      end if
+      edge = on_group(split, name)
+      do i = 1, size(edge)
+         if (edge(i)) member(split%surface(:, i)) = .true.
+      end do
+      group = find_group(split%group, name, 0)
+      if (group > 0) then
+         do i = 1, size(split%point)
+            if (split%point_group(i) == group) member(split%point(i)) = .true.
+         end do
+      end if
+   end function group_nodes
+
+   !> Surface edges of a physical curve (surface edges).
+   function on_group(split, name) result(edge)
+      type(split_mesh_t), intent(in) :: split
+      character(len=*), intent(in) :: name
+      logical, allocatable :: edge(:)
+      integer :: group
+
+      group = find_group(split%group, name, 1)
+      if (group > 0) then
+         edge = split%surface_group == group
+      else
+         allocate (edge(size(split%surface, 2)), source=.false.)
+      end if
+   end function on_group
+
+   !> Ramp from 0 to 1 that starts and ends at rest.
+   pure real(wp) function smooth_ramp(fraction)
+      !> Part of the move that is over, 0 to 1
+      real(wp), intent(in) :: fraction
+      real(wp), parameter :: turn = 2.0_wp*acos(-1.0_wp)
+
+      smooth_ramp = fraction - sin(turn*fraction)/turn
+   end function smooth_ramp
+
+end module loads_m

@@ -1,0 +1,346 @@
+!> Constant-strain triangles with finite rotation, plane strain, unit thickness.
+!>
+!> The deformation gradient F = I + H of each triangle is split into rotation and stretch, F = R U (in two dimensions in
+!> closed form), and the stretch is elastic: T = 2 mu (U - I) + lambda tr(U - I) I is conjugate to U, the first
+!> Piola-Kirchhoff stress is P = R T and the nodal forces are -A P grad N. They derive from the energy
+!> A (mu |U - I|^2 + lambda/2 tr(U - I)^2), so a rigid rotation costs nothing and energy is kept.
+!> Everything is built from displacements, not positions, so that small strains are not lost in cancellation.
+module solid_m
+   use kinds_m, only: wp
+   implicit none
+   private
+
+   !> Triangles handled together: gathered, computed as vectors, scattered
+   integer, parameter :: block_size = 64
+
+   !> The rock: connectivity, reference geometry and elastic constants of the triangles
+   type, public :: solid_t
+      !> Corner nodes (3, triangles)
+      integer, allocatable :: node(:, :)
+      !> Gradients of the first two shape functions (triangles) [1/m]; the third is minus their sum
+      real(wp), allocatable :: b1(:), c1(:), b2(:), c2(:)
+      !> Area (triangles) [m2], shortest height [m]
+      real(wp), allocatable :: area(:), height(:)
+      !> Lame constants times area (triangles) [N/m per m of thickness]
+      real(wp), allocatable :: lambda_area(:), mu_area(:)
+      !> Density [kg/m3] and Young's modulus [Pa] (triangles)
+      real(wp), allocatable :: density(:), young(:)
+      !> Viscosity times area of the viscous damping (triangles) [Pa s m2]; not allocated without it
+      real(wp), allocatable :: viscosity_area(:)
+   end type solid_t
+
+   public :: init_solid, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, strain_energy, &
+             solid_stiffness_bound, solid_damping_bound
+
+contains
+
+   !> Set up the triangles. Degenerate triangles must have been refused before.
+   subroutine init_solid(x, triangle, density, young, poisson, solid)
+      !> Reference coordinates (2, nodes) [m]
+      real(wp), intent(in) :: x(:, :)
+      !> Corner nodes, anticlockwise (3, triangles)
+      integer, intent(in) :: triangle(:, :)
+      !> Density [kg/m3], Young's modulus [Pa], Poisson's ratio, each (triangles)
+      real(wp), intent(in) :: density(:), young(:), poisson(:)
+      type(solid_t), intent(out) :: solid
+      integer :: e, n
+      real(wp) :: p1(2), p2(2), p3(2), twice_area, longest
+
+      n = size(triangle, 2)
+      solid%node = triangle
+      solid%density = density
+      solid%young = young
+      allocate (solid%b1(n), solid%c1(n), solid%b2(n), solid%c2(n), solid%area(n), solid%height(n))
+      do e = 1, n
+         p1 = x(:, triangle(1, e))
+         p2 = x(:, triangle(2, e))
+         p3 = x(:, triangle(3, e))
+         twice_area = (p2(1) - p1(1))*(p3(2) - p1(2)) - (p3(1) - p1(1))*(p2(2) - p1(2))
+         solid%b1(e) = (p2(2) - p3(2))/twice_area
+         solid%c1(e) = (p3(1) - p2(1))/twice_area
+         solid%b2(e) = (p3(2) - p1(2))/twice_area
+         solid%c2(e) = (p1(1) - p3(1))/twice_area
+         solid%area(e) = 0.5_wp*twice_area
+         longest = sqrt(max(sum((p2 - p1)**2), sum((p3 - p2)**2), sum((p1 - p3)**2)))
+         solid%height(e) = twice_area/longest
+      end do
+      solid%mu_area = solid%area*young/(2.0_wp*(1.0_wp + poisson))
+      solid%lambda_area = solid%area*young*poisson/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
+   end subroutine init_solid
+
+   !> Viscous damping of the paper: eta = factor * 2 h sqrt(E rho), h the square root of twice the triangle's area.
+   subroutine set_viscosity(solid, factor)
+      type(solid_t), intent(inout) :: solid
+      !> 1 is the critical value of the paper
+      real(wp), intent(in) :: factor
+
+      solid%viscosity_area = factor*2.0_wp*sqrt(2.0_wp*solid%area)*sqrt(solid%young*solid%density)*solid%area
+   end subroutine set_viscosity
+
+   !> Lumped mass: a third of each triangle's mass to each corner.
+   pure subroutine lumped_mass(solid, mass)
+      type(solid_t), intent(in) :: solid
+      !> Nodal mass (nodes) [kg per m of thickness]
+      real(wp), intent(out) :: mass(:)
+      integer :: e, i
+
+      mass = 0.0_wp
+      do e = 1, size(solid%node, 2)
+         do i = 1, 3
+            mass(solid%node(i, e)) = mass(solid%node(i, e)) + solid%density(e)*solid%area(e)/3.0_wp
+         end do
+      end do
+   end subroutine lumped_mass
+
+   !> Add the internal forces of the triangles, -f_int of eq 1, to the nodal forces.
+   pure subroutine solid_forces(solid, u, force)
+      type(solid_t), intent(in) :: solid
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      !> Nodal force (2, nodes) [N per m of thickness]
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      real(wp), dimension(block_size) :: d1x, d1y, d2x, d2y, f1x, f1y, f2x, f2y
+      real(wp) :: h11, h12, h21, h22, c, s, r, e11, e22, e12, bend, trace, t11, t22, t12, p11, p12, p21, p22
+      integer :: first, m, k, e, n1, n2, n3
+
+      do first = 1, size(solid%node, 2), block_size
+         m = min(block_size, size(solid%node, 2) - first + 1)
+         do k = 1, m
+            n1 = solid%node(1, first + k - 1)
+            n2 = solid%node(2, first + k - 1)
+            n3 = solid%node(3, first + k - 1)
+            d1x(k) = u(1, n1) - u(1, n3)
+            d1y(k) = u(2, n1) - u(2, n3)
+            d2x(k) = u(1, n2) - u(1, n3)
+            d2y(k) = u(2, n2) - u(2, n3)
+         end do
+         do k = 1, m
+            e = first + k - 1
+            h11 = d1x(k)*solid%b1(e) + d2x(k)*solid%b2(e)
+            h12 = d1x(k)*solid%c1(e) + d2x(k)*solid%c2(e)
+            h21 = d1y(k)*solid%b1(e) + d2y(k)*solid%b2(e)
+            h22 = d1y(k)*solid%c1(e) + d2y(k)*solid%c2(e)
+            ! Rotation R = [c -s; s c]
+            c = 2.0_wp + h11 + h22
+            s = h21 - h12
+            r = 1.0_wp/sqrt(c*c + s*s)
+            c = c*r
+            s = s*r
+            ! U - I = R^T (I + H) - I, with 1 - c written as s^2/(1 + c)
+            bend = s*s/(1.0_wp + c)
+            e11 = c*h11 + s*h21 - bend
+            e22 = c*h22 - s*h12 - bend
+            e12 = 0.5_wp*(c*(h12 + h21) + s*(h22 - h11))
+            trace = solid%lambda_area(e)*(e11 + e22)
+            t11 = trace + 2.0_wp*solid%mu_area(e)*e11
+            t22 = trace + 2.0_wp*solid%mu_area(e)*e22
+            t12 = 2.0_wp*solid%mu_area(e)*e12
+            p11 = c*t11 - s*t12
+            p12 = c*t12 - s*t22
+            p21 = s*t11 + c*t12
+            p22 = s*t12 + c*t22
+            f1x(k) = p11*solid%b1(e) + p12*solid%c1(e)
+            f1y(k) = p21*solid%b1(e) + p22*solid%c1(e)
+            f2x(k) = p11*solid%b2(e) + p12*solid%c2(e)
+            f2y(k) = p21*solid%b2(e) + p22*solid%c2(e)
+         end do
+         call scatter(solid%node(:, first:first + m - 1), f1x, f1y, f2x, f2y, force)
+      end do
+   end subroutine solid_forces
+
+   !> Add the forces of the viscous damping, Cauchy stress eta D with D the rate of deformation.
+   pure subroutine viscous_forces(solid, u, v, force)
+      type(solid_t), intent(in) :: solid
+      !> Displacement (2, nodes) [m] and velocity (2, nodes) [m/s]
+      real(wp), contiguous, intent(in) :: u(:, :), v(:, :)
+      !> Nodal force (2, nodes) [N per m of thickness]
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      real(wp), dimension(block_size) :: f1x, f1y, f2x, f2y
+      real(wp) :: f(2, 2), rate(2, 2), inverse(2, 2), det, gradient(2, 2), stress(2, 2), p(2, 2)
+      integer :: first, m, k, e
+
+      do first = 1, size(solid%node, 2), block_size
+         m = min(block_size, size(solid%node, 2) - first + 1)
+         do k = 1, m
+            e = first + k - 1
+            f = displacement_gradient(solid, e, u)
+            f(1, 1) = f(1, 1) + 1.0_wp
+            f(2, 2) = f(2, 2) + 1.0_wp
+            det = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
+            inverse(:, 1) = [f(2, 2), -f(2, 1)]/det
+            inverse(:, 2) = [-f(1, 2), f(1, 1)]/det
+            rate = displacement_gradient(solid, e, v)
+            gradient = matmul(rate, inverse)
+            stress = 0.5_wp*(gradient + transpose(gradient))*solid%viscosity_area(e)
+            p = det*matmul(stress, transpose(inverse))
+            f1x(k) = p(1, 1)*solid%b1(e) + p(1, 2)*solid%c1(e)
+            f1y(k) = p(2, 1)*solid%b1(e) + p(2, 2)*solid%c1(e)
+            f2x(k) = p(1, 1)*solid%b2(e) + p(1, 2)*solid%c2(e)
+            f2y(k) = p(2, 1)*solid%b2(e) + p(2, 2)*solid%c2(e)
+         end do
+         call scatter(solid%node(:, first:first + m - 1), f1x, f1y, f2x, f2y, force)
+      end do
+   end subroutine viscous_forces
+
+   !> Subtract the corner forces of a block of triangles from the nodal forces.
+   pure subroutine scatter(node, f1x, f1y, f2x, f2y, force)
+      !> Corner nodes (3, triangles of the block)
+      integer, contiguous, intent(in) :: node(:, :)
+      !> P grad N times area at the first two corners
+      real(wp), contiguous, intent(in) :: f1x(:), f1y(:), f2x(:), f2y(:)
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      integer :: k, n1, n2, n3
+
+      do k = 1, size(node, 2)
+         n1 = node(1, k)
+         n2 = node(2, k)
+         n3 = node(3, k)
+         force(1, n1) = force(1, n1) - f1x(k)
+         force(2, n1) = force(2, n1) - f1y(k)
+         force(1, n2) = force(1, n2) - f2x(k)
+         force(2, n2) = force(2, n2) - f2y(k)
+         force(1, n3) = force(1, n3) + (f1x(k) + f2x(k))
+         force(2, n3) = force(2, n3) + (f1y(k) + f2y(k))
+      end do
+   end subroutine scatter
+
+   !> H(i,j) = d u_i / d X_j of one triangle.
+   pure function displacement_gradient(solid, e, u) result(h)
+      type(solid_t), intent(in) :: solid
+      integer, intent(in) :: e
+      real(wp), intent(in) :: u(:, :)
+      real(wp) :: h(2, 2), d1(2), d2(2)
+
+      d1 = u(:, solid%node(1, e)) - u(:, solid%node(3, e))
+      d2 = u(:, solid%node(2, e)) - u(:, solid%node(3, e))
+      h(:, 1) = d1*solid%b1(e) + d2*solid%b2(e)
+      h(:, 2) = d1*solid%c1(e) + d2*solid%c2(e)
+   end function displacement_gradient
+
+   !> Rotation [c, s] and stretch U - I as [e11, e22, e12] of one triangle.
+   pure subroutine rotation_and_strain(h, c, s, strain)
+      real(wp), intent(in) :: h(2, 2)
+      real(wp), intent(out) :: c, s, strain(3)
+      real(wp) :: r, bend
+
+      c = 2.0_wp + h(1, 1) + h(2, 2)
+      s = h(2, 1) - h(1, 2)
+      r = 1.0_wp/sqrt(c*c + s*s)
+      c = c*r
+      s = s*r
+      bend = s*s/(1.0_wp + c)
+      strain(1) = c*h(1, 1) + s*h(2, 1) - bend
+      strain(2) = c*h(2, 2) - s*h(1, 2) - bend
+      strain(3) = 0.5_wp*(c*(h(1, 2) + h(2, 1)) + s*(h(2, 2) - h(1, 1)))
+   end subroutine rotation_and_strain
+
+   !> Cauchy stress [sxx, syy, sxy] of one triangle, tension positive [Pa].
+   pure function solid_stress(solid, e, u) result(stress)
+      type(solid_t), intent(in) :: solid
+      !> Triangle
+      integer, intent(in) :: e
+      !> Displacement (2, nodes) [m]
+      real(wp), intent(in) :: u(:, :)
+      real(wp) :: stress(3), h(2, 2), c, s, strain(3), t(2, 2), rotation(2, 2), f(2, 2), sigma(2, 2), trace, det
+
+      h = displacement_gradient(solid, e, u)
+      call rotation_and_strain(h, c, s, strain)
+      trace = solid%lambda_area(e)*(strain(1) + strain(2))
+      t(1, 1) = trace + 2.0_wp*solid%mu_area(e)*strain(1)
+      t(2, 2) = trace + 2.0_wp*solid%mu_area(e)*strain(2)
+      t(1, 2) = 2.0_wp*solid%mu_area(e)*strain(3)
+      t(2, 1) = t(1, 2)
+      rotation(:, 1) = [c, s]
+      rotation(:, 2) = [-s, c]
+      f = h
+      f(1, 1) = f(1, 1) + 1.0_wp
+      f(2, 2) = f(2, 2) + 1.0_wp
+      det = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
+      sigma = matmul(matmul(rotation, t), transpose(f))/(det*solid%area(e))
+      stress = [sigma(1, 1), sigma(2, 2), 0.5_wp*(sigma(1, 2) + sigma(2, 1))]
+   end function solid_stress
+
+   !> Elastic energy stored in the rock [J per m of thickness].
+   pure real(wp) function strain_energy(solid, u)
+      type(solid_t), intent(in) :: solid
+      !> Displacement (2, nodes) [m]
+      real(wp), intent(in) :: u(:, :)
+      real(wp) :: c, s, strain(3)
+      integer :: e
+
+      strain_energy = 0.0_wp
+      do e = 1, size(solid%node, 2)
+         call rotation_and_strain(displacement_gradient(solid, e, u), c, s, strain)
+         strain_energy = strain_energy + solid%mu_area(e)*(strain(1)**2 + strain(2)**2 + 2.0_wp*strain(3)**2) &
+                         + 0.5_wp*solid%lambda_area(e)*(strain(1) + strain(2))**2
+      end do
+   end function strain_energy
+
+   !> Add each triangle's largest stiffness eigenvalue to its corners: with s(i) the sum over triangles, bonds and
+   !> contacts, u.K u <= sum s(i)|u_i|^2, so that no frequency exceeds max sqrt(s(i)/m(i)).
+   pure subroutine solid_stiffness_bound(solid, bound)
+      type(solid_t), intent(in) :: solid
+      !> Nodal bound (nodes) [N/m per m of thickness]
+      real(wp), intent(inout) :: bound(:)
+      integer :: e
+
+      do e = 1, size(solid%node, 2)
+         associate (node => solid%node(:, e))
+            bound(node) = bound(node) + largest_eigenvalue(solid, e, solid%lambda_area(e), solid%mu_area(e))
+         end associate
+      end do
+   end subroutine solid_stiffness_bound
+
+   !> The same for the matrix of the viscous damping: eta D is an elasticity with lambda = 0, mu = eta/2.
+   pure subroutine solid_damping_bound(solid, bound)
+      type(solid_t), intent(in) :: solid
+      !> Nodal bound (nodes) [N s/m per m of thickness]
+      real(wp), intent(inout) :: bound(:)
+      integer :: e
+
+      do e = 1, size(solid%node, 2)
+         associate (node => solid%node(:, e))
+            bound(node) = bound(node) + largest_eigenvalue(solid, e, 0.0_wp, 0.5_wp*solid%viscosity_area(e))
+         end associate
+      end do
+   end subroutine solid_damping_bound
+
+   !> Largest eigenvalue of B^T D B, found as that of the 3 x 3 matrix D B B^T by power iteration.
+   pure real(wp) function largest_eigenvalue(solid, e, lambda_area, mu_area) result(eigenvalue)
+      type(solid_t), intent(in) :: solid
+      integer, intent(in) :: e
+      !> Lame constants times area
+      real(wp), intent(in) :: lambda_area, mu_area
+      integer, parameter :: iterations = 40
+      !> The iteration approaches from below: stay on the safe side
+      real(wp), parameter :: margin = 1.001_wp
+      real(wp) :: b3, c3, sbb, scc, sbc, d(3, 3), bbt(3, 3), matrix(3, 3), vector(3)
+      integer :: i
+
+      b3 = -solid%b1(e) - solid%b2(e)
+      c3 = -solid%c1(e) - solid%c2(e)
+      sbb = solid%b1(e)**2 + solid%b2(e)**2 + b3**2
+      scc = solid%c1(e)**2 + solid%c2(e)**2 + c3**2
+      sbc = solid%b1(e)*solid%c1(e) + solid%b2(e)*solid%c2(e) + b3*c3
+      d = 0.0_wp
+      d(1:2, 1:2) = lambda_area
+      d(1, 1) = lambda_area + 2.0_wp*mu_area
+      d(2, 2) = d(1, 1)
+      d(3, 3) = mu_area
+      bbt(:, 1) = [sbb, 0.0_wp, sbc]
+      bbt(:, 2) = [0.0_wp, scc, sbc]
+      bbt(:, 3) = [sbc, sbc, sbb + scc]
+      matrix = matmul(d, bbt)
+      ! Not an eigenvector of any symmetric triangle
+      vector = [1.0_wp, 0.7_wp, 0.3_wp]
+      eigenvalue = 0.0_wp
+      do i = 1, iterations
+         vector = matmul(matrix, vector)
+         eigenvalue = sqrt(sum(vector**2))
+         if (eigenvalue <= 0.0_wp) return
+         vector = vector/eigenvalue
+      end do
+      eigenvalue = margin*eigenvalue
+   end function largest_eigenvalue
+
+end module solid_m

@@ -1,0 +1,219 @@
+!> Explicit solver: one load increment of a stage after the other, eq 1 stepped in time.
+module explicit_m
+   use kinds_m, only: wp, i8
+   use errors_m, only: error_list_t
+   use text_m, only: to_text
+   use log_m, only: log_t, progress_t
+   use scene_m, only: scene_t
+   use state_m, only: state_t, kinetic_energy
+   use solid_m, only: solid_forces, viscous_forces, strain_energy
+   use stable_step_m, only: stable_step
+   use wall_contact_m, only: find_overlaps, add_wall_forces
+   use joints_m, only: couple_walls, have_stiffened
+   use loads_m, only: nodal_loads, smooth_ramp
+   use motion_m, only: move_nodes, unbalanced_ratio
+   implicit none
+   private
+
+   public :: explicit_cycle, find_forces
+
+   !> Steps between two looks at equilibrium, at the clock and for numbers that are no longer finite
+   integer, parameter :: steps_between_looks = 100
+
+   !> What a cycle was like, for the log and the history
+   type, public :: cycle_report_t
+      !> Steps taken, smallest step [s]
+      integer(i8) :: steps = 0_i8
+      real(wp) :: smallest_step = huge(1.0_wp)
+      !> Unbalanced force ratio at the end
+      real(wp) :: unbalanced = 0.0_wp
+      !> Did the rest end at the equilibrium asked for? True when none was asked for
+      logical :: balanced = .true.
+   end type cycle_report_t
+
+contains
+
+   !> One cycle of a stage: move, then rest. On failure errors says when, where and what.
+   subroutine explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
+      type(scene_t), intent(inout) :: scene
+      !> Stage and cycle, from 1
+      integer, intent(in) :: stage, cycle
+      type(log_t), intent(in) :: log
+      type(progress_t), intent(inout) :: progress
+      type(state_t), intent(inout) :: state
+      type(cycle_report_t), intent(out) :: report
+      type(error_list_t), intent(inout) :: errors
+      real(wp) :: rest_time
+
+      associate (settings => scene%deck%stage(stage))
+         call march(scene, stage, cycle, settings%move_time, .true., log, progress, state, report, errors)
+         rest_time = settings%rest_time
+         if (scene%until_balanced(stage)) rest_time = scene%longest_rest(stage)
+         if (rest_time > 0.0_wp .and. .not. errors%any()) &
+            call march(scene, stage, cycle, rest_time, .false., log, progress, state, report, errors)
+         report%unbalanced = unbalanced_ratio(scene%loads, state)
+         if (scene%until_balanced(stage)) report%balanced = report%unbalanced <= settings%equilibrium
+      end associate
+      state%energy%kinetic = kinetic_energy(state%mass, state%v)
+      state%energy%strain = strain_energy(scene%solid, state%u)
+   end subroutine explicit_cycle
+
+   !> Step through a move or a rest of given duration; a rest may end sooner, at equilibrium.
+   subroutine march(scene, stage, cycle, duration, moving, log, progress, state, report, errors)
+      type(scene_t), intent(inout) :: scene
+      integer, intent(in) :: stage, cycle
+      !> Time to cover [s]
+      real(wp), intent(in) :: duration
+      !> Do loads and prescribed motion go on?
+      logical, intent(in) :: moving
+      type(log_t), intent(in) :: log
+      type(progress_t), intent(inout) :: progress
+      type(state_t), intent(inout) :: state
+      type(cycle_report_t), intent(inout) :: report
+      type(error_list_t), intent(inout) :: errors
+      real(wp) :: elapsed, dt, fraction, level, motion, part
+      integer(i8) :: steps_left
+      integer :: since_look
+
+      if (duration <= 0.0_wp) return
+      elapsed = 0.0_wp
+      since_look = 0
+      call fit_step()
+      do while (steps_left > 0_i8)
+         fraction = elapsed/duration
+         call profile(scene, stage, moving, fraction, 0.5_wp*dt/duration, part, motion)
+         level = (real(cycle - 1, wp) + part)/real(scene%deck%stage(stage)%cycles, wp)
+         call find_forces(scene, level, state)
+         call move_nodes(scene%loads, motion, scene%local_damping, dt, scene%damping_force, state)
+         elapsed = elapsed + dt
+         state%time = state%time + dt
+         state%step = state%step + 1_i8
+         report%steps = report%steps + 1_i8
+         steps_left = steps_left - 1_i8
+         if (have_stiffened(scene%joints, state%joint)) call fit_step()
+         since_look = since_look + 1
+         if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
+         since_look = 0
+         if (.not. all_finite(state)) then
+            call report_failure(scene, stage, cycle, state, dt, errors)
+            return
+         end if
+         call progress%tick(log, fraction_done(scene, stage, cycle, moving, elapsed/duration))
+         if (.not. moving .and. scene%until_balanced(stage)) then
+            if (unbalanced_ratio(scene%loads, state) <= scene%deck%stage(stage)%equilibrium) return
+         end if
+      end do
+
+   contains
+
+      !> Divide the rest of the duration into equal steps no longer than the stable one.
+      subroutine fit_step()
+         real(wp) :: longest
+
+         longest = stable_step(scene, state)
+         steps_left = max(1_i8, ceiling((duration - elapsed)/longest - 1.0e-9_wp, i8))
+         dt = (duration - elapsed)/real(steps_left, wp)
+         report%smallest_step = min(report%smallest_step, dt)
+      end subroutine fit_step
+
+   end subroutine march
+
+   !> Where loads and prescribed motion stand at a fraction of a move: the part of the cycle's load increment that is on
+   !> at its end, and the factor of the prescribed velocities over the step. A rest has all of the increment and no motion.
+   pure subroutine profile(scene, stage, moving, fraction, half_step, part, motion)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage
+      logical, intent(in) :: moving
+      !> Fraction of the move that is over at the start of the step, and half a step as a fraction of the move
+      real(wp), intent(in) :: fraction, half_step
+      real(wp), intent(out) :: part, motion
+
+      part = 1.0_wp
+      motion = 0.0_wp
+      if (.not. moving) return
+      if (scene%deck%stage(stage)%profile == 'smooth') then
+         part = smooth_ramp(fraction)
+         ! The mean rate over the step, so that the move covers its distance exactly
+         motion = (smooth_ramp(fraction + 2.0_wp*half_step) - part)/(2.0_wp*half_step)
+      else
+         part = fraction
+         motion = 1.0_wp
+      end if
+   end subroutine profile
+
+   !> All nodal forces at the current displacement.
+   subroutine find_forces(scene, level, state)
+      type(scene_t), intent(inout) :: scene
+      !> Loads: 0 at the start of the stage, 1 at its end
+      real(wp), intent(in) :: level
+      type(state_t), intent(inout) :: state
+
+      call nodal_loads(scene%loads, scene%split%x, state%u, level, state%load)
+      state%solid = 0.0_wp
+      call solid_forces(scene%solid, state%u, state%solid)
+      if (size(scene%damping_force, 2) > 0) then
+         scene%damping_force = 0.0_wp
+         call viscous_forces(scene%solid, state%u, state%v, scene%damping_force)
+      end if
+      if (scene%has_walls) then
+         state%normal = 0.0_wp
+         state%friction = 0.0_wp
+         call find_overlaps(scene%walls, scene%split%x, state%u)
+         call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
+                           state%opening, state%aperture)
+         call add_wall_forces(scene%walls, scene%joints%pressure, scene%joints%shear, state%normal, state%friction)
+      end if
+   end subroutine find_forces
+
+   !> Have all displacements stayed finite?
+   pure logical function all_finite(state)
+      type(state_t), intent(in) :: state
+      real(wp), parameter :: absurd = 1.0e100_wp
+
+      ! A comparison with NaN is false
+      all_finite = all(abs(state%u) < absurd) .and. all(abs(state%v) < absurd)
+   end function all_finite
+
+   subroutine report_failure(scene, stage, cycle, state, dt, errors)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage, cycle
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt
+      type(error_list_t), intent(inout) :: errors
+      integer :: n
+      real(wp), parameter :: absurd = 1.0e100_wp
+
+      do n = 1, size(state%mass)
+         if (.not. (all(abs(state%u(:, n)) < absurd) .and. all(abs(state%v(:, n)) < absurd))) exit
+      end do
+      call errors%add('the motion is no longer finite at time '//to_text(state%time)//' s (stage '''// &
+                      trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', step '//to_text(state%step)// &
+                      ', dt '//to_text(dt)//' s), first at node '//to_text(n)//' near x = '// &
+                      to_text(scene%split%x(1, n))//', y = '//to_text(scene%split%x(2, n))// &
+                      '; try a smaller &explicit safety, or check penalty and boundary conditions there')
+   end subroutine report_failure
+
+   !> Part of the whole run that is done, for the progress line: cycles weigh by their duration.
+   pure real(wp) function fraction_done(scene, stage, cycle, moving, part) result(done)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage, cycle
+      logical, intent(in) :: moving
+      real(wp), intent(in) :: part
+      real(wp) :: total, before, move, rest
+      integer :: s
+
+      total = 0.0_wp
+      before = 0.0_wp
+      do s = 1, size(scene%deck%stage)
+         move = scene%deck%stage(s)%move_time
+         rest = max(scene%deck%stage(s)%rest_time, 0.0_wp)
+         if (scene%until_balanced(s)) rest = max(rest, move)
+         if (s < stage) before = before + real(scene%deck%stage(s)%cycles, wp)*(move + rest)
+         if (s == stage) before = before + real(cycle - 1, wp)*(move + rest) + merge(part*move, move + part*rest, moving)
+         total = total + real(scene%deck%stage(s)%cycles, wp)*(move + rest)
+      end do
+      done = 0.0_wp
+      if (total > 0.0_wp) done = min(1.0_wp, before/total)
+   end function fraction_done
+
+end module explicit_m

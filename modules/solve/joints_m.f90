@@ -1,0 +1,213 @@
+!> The joints of a scene and their coupling with the rock, each step (section 2.3.3 of the paper, eqs 27 to 33).
+!>
+!> From the displacements come each joint's opening and shear (eqs 27-30, paired as at the start) and, where the walls
+!> touch now, their overlap; from the overlap the contact pressure; from pressure and shear the joint's law gives shear
+!> stress, closure, dilation and mobilised friction; pressure and shear stress go back to the walls as forces.
+module joints_m
+   use kinds_m, only: wp
+   use constants_m, only: megapascal, millimetre
+   use mesh_m, only: split_mesh_t
+   use joint_point_m, only: joint_point_t
+   use joint_kinematics_m, only: joint_frame_t, joint_kinematics
+   use joint_law_m, only: joint_law_t, update_joint, joint_closure_stress, joint_initial_aperture, joint_normal_stiffness, &
+                          joint_shear_stiffness
+   use jcm_m, only: aperture
+   use solid_m, only: solid_t, solid_stress
+   use wall_contact_m, only: wall_contact_t, wall_slip_rate
+   implicit none
+   private
+
+   !> All joint elements and what their decks say of the coupling
+   type, public :: joints_t
+      !> Nodes A, B, A', B' (4, joints) and triangles of the lower and upper wall (2, joints)
+      integer, allocatable :: node(:, :), triangle(:, :)
+      !> Index of the deck's &joint group (joints)
+      integer, allocatable :: group(:)
+      !> Law with its parameters at the scale of the joint's block edge (joints)
+      type(joint_law_t), allocatable :: law(:)
+      !> Length before any motion (joints) [m]
+      real(wp), allocatable :: length(:)
+      !> Penalty stiffness of the walls; 0: the joint's own stiffness (joints) [MPa/mm]
+      real(wp), allocatable :: penalty(:)
+      !> Does dilation push the walls? Velocity friction (eq 4)? Normal stress from the rock (eq 32)? (joints)
+      logical, allocatable :: coupled(:), velocity_friction(:), stress_from_walls(:)
+      !> Joints in wall contact (joints); the others are in potential contact
+      logical, allocatable :: wall_handled(:)
+      !> Larger of normal and shear stiffness when the stable step was last computed (joints) [MPa/mm]
+      real(wp), allocatable :: stiffness_then(:)
+      !> Pressure and shear stress at the walls' integration points [Pa]; contact pressure of each joint (joints) [MPa]
+      real(wp), allocatable :: pressure(:), shear(:), contact_stress(:)
+   end type joints_t
+
+   public :: init_joints, couple_walls, couple_potential, joint_stiffness, have_stiffened
+
+   !> The stable step has to be computed again when a joint has become this much stiffer
+   real(wp), parameter :: stiffer = 1.1_wp
+
+contains
+
+   !> Room and geometry; the caller fills in law, group and options from the deck.
+   subroutine init_joints(split, joints)
+      type(split_mesh_t), intent(in) :: split
+      type(joints_t), intent(out) :: joints
+      integer :: n, j
+
+      n = size(split%joint, 2)
+      joints%node = split%joint
+      joints%triangle = split%joint_triangle
+      allocate (joints%group(n), source=0)
+      allocate (joints%law(n))
+      allocate (joints%penalty(n), joints%contact_stress(n), joints%stiffness_then(n), source=0.0_wp)
+      allocate (joints%coupled(n), joints%velocity_friction(n), joints%stress_from_walls(n), source=.false.)
+      allocate (joints%wall_handled(n), source=.true.)
+      allocate (joints%length(n), joints%pressure(0), joints%shear(0))
+      do j = 1, n
+         joints%length(j) = norm2(split%x(:, split%joint(2, j)) - split%x(:, split%joint(1, j)))
+      end do
+   end subroutine init_joints
+
+   !> Update all joints in wall contact; leaves the tractions at the walls' integration points.
+   subroutine couple_walls(joints, walls, solid, x, u, v, point, opening, open_aperture)
+      type(joints_t), intent(inout) :: joints
+      !> Walls with their overlaps found for the displacement u
+      type(wall_contact_t), intent(in) :: walls
+      type(solid_t), intent(in) :: solid
+      !> Reference coordinates [m], displacement [m] and velocity [m/s] (2, nodes)
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :), v(:, :)
+      !> State of the joints (joints)
+      type(joint_point_t), intent(inout) :: point(:)
+      !> Opening w and aperture (joints) [mm]
+      real(wp), intent(inout) :: opening(:), open_aperture(:)
+      integer :: w, j, k
+      real(wp) :: slip_rate, force
+
+      call find_pressure(joints, walls, point)
+      do w = 1, size(walls%joint)
+         j = walls%joint(w)
+         call update(joints, j, solid, x, u, point(j), opening(j), open_aperture(j))
+      end do
+      do k = 1, walls%points
+         j = walls%joint(walls%wall(k))
+         force = joints%pressure(k)
+         joints%shear(k) = 0.0_wp
+         if (force <= 0.0_wp .or. point(j)%sn <= 0.0_wp) cycle
+         if (joints%velocity_friction(j)) then
+            slip_rate = wall_slip_rate(walls, k, v)
+            if (abs(slip_rate) > 0.0_wp) joints%shear(k) = sign(point(j)%mu_mob*force, slip_rate)     ! (4)
+         else
+            joints%shear(k) = point(j)%tau/point(j)%sn*force
+         end if
+      end do
+   end subroutine couple_walls
+
+   !> Contact pressure from the overlap at the integration points, and its mean over each joint.
+   subroutine find_pressure(joints, walls, point)
+      type(joints_t), intent(inout) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      type(joint_point_t), intent(in) :: point(:)
+      real(wp) :: overlap, stress
+      integer :: k, j
+
+      if (size(joints%pressure) < walls%points) then
+         deallocate (joints%pressure, joints%shear)
+         allocate (joints%pressure(size(walls%wall)), joints%shear(size(walls%wall)))
+      end if
+      joints%contact_stress(walls%joint) = 0.0_wp
+      do k = 1, walls%points
+         j = walls%joint(walls%wall(k))
+         overlap = -walls%gap(k)/millimetre
+         ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
+         if (joints%coupled(j)) overlap = overlap + point(j)%dilation
+         if (joints%penalty(j) > 0.0_wp) then
+            stress = max(0.0_wp, joints%penalty(j)*overlap)
+         else
+            stress = joint_closure_stress(joints%law(j), overlap)
+         end if
+         joints%pressure(k) = stress*megapascal
+         joints%contact_stress(j) = joints%contact_stress(j) + stress*walls%weight(k)/walls%length(walls%wall(k))
+      end do
+   end subroutine find_pressure
+
+   !> Update all joints in potential contact from the contact forces of the step before.
+   subroutine couple_potential(joints, solid, x, u, contact_stress, point, opening, open_aperture)
+      type(joints_t), intent(inout) :: joints
+      type(solid_t), intent(in) :: solid
+      !> Reference coordinates and displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      !> Normal contact force over length (joints) [MPa]
+      real(wp), intent(in) :: contact_stress(:)
+      type(joint_point_t), intent(inout) :: point(:)
+      !> Opening w and aperture (joints) [mm]
+      real(wp), intent(inout) :: opening(:), open_aperture(:)
+      integer :: j
+
+      do j = 1, size(joints%law)
+         if (joints%wall_handled(j)) cycle
+         joints%contact_stress(j) = contact_stress(j)
+         call update(joints, j, solid, x, u, point(j), opening(j), open_aperture(j))
+      end do
+   end subroutine couple_potential
+
+   !> Update one joint: kinematics, normal stress, law, aperture.
+   subroutine update(joints, j, solid, x, u, point, opening, open_aperture)
+      type(joints_t), intent(in) :: joints
+      integer, intent(in) :: j
+      type(solid_t), intent(in) :: solid
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      type(joint_point_t), intent(inout) :: point
+      real(wp), intent(inout) :: opening, open_aperture
+      type(joint_frame_t) :: frame
+      real(wp) :: shear, stress
+
+      frame = joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j)))
+      opening = frame%opening/millimetre
+      shear = frame%shear/millimetre
+      stress = joints%contact_stress(j)
+      if (joints%stress_from_walls(j) .and. stress > 0.0_wp) stress = wall_stress(joints, j, solid, u, frame%j)
+      call update_joint(joints%law(j), shear - point%u, stress, point)
+      open_aperture = aperture(joint_initial_aperture(joints%law(j)), opening, point%v)                  ! (31)
+   end subroutine update
+
+   !> Eq 32: normal stress from the triangles on the two walls, compression positive [MPa].
+   pure real(wp) function wall_stress(joints, j, solid, u, normal) result(stress)
+      type(joints_t), intent(in) :: joints
+      !> Joint
+      integer, intent(in) :: j
+      type(solid_t), intent(in) :: solid
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      !> Normal of the joint (2)
+      real(wp), intent(in) :: normal(2)
+      real(wp) :: sigma(3)
+
+      sigma = 0.5_wp*(solid_stress(solid, joints%triangle(1, j), u) + solid_stress(solid, joints%triangle(2, j), u))
+      stress = -(normal(1)**2*sigma(1) + normal(2)**2*sigma(2) + 2.0_wp*normal(1)*normal(2)*sigma(3)) ! (32)
+      stress = max(0.0_wp, stress/megapascal)
+   end function wall_stress
+
+   !> Stiffness of a joint that bounds the stable step, the larger of normal and shear [MPa/mm].
+   elemental real(wp) function joint_stiffness(law, penalty, point) result(stiffness)
+      type(joint_law_t), intent(in) :: law
+      !> Penalty stiffness, 0 for the joint's own [MPa/mm]
+      real(wp), intent(in) :: penalty
+      type(joint_point_t), intent(in) :: point
+
+      stiffness = penalty
+      if (penalty <= 0.0_wp) stiffness = joint_normal_stiffness(law, point%sn)
+      stiffness = max(stiffness, joint_shear_stiffness(law, point%sn))
+   end function joint_stiffness
+
+   !> Has any joint become so much stiffer against closure that the stable step must be computed again?
+   pure logical function have_stiffened(joints, point)
+      type(joints_t), intent(in) :: joints
+      type(joint_point_t), intent(in) :: point(:)
+      integer :: j
+
+      have_stiffened = .true.
+      do j = 1, size(point)
+         if (joints%penalty(j) <= 0.0_wp .and. point(j)%knn > stiffer*joints%stiffness_then(j)) return
+      end do
+      have_stiffened = .false.
+   end function have_stiffened
+
+end module joints_m

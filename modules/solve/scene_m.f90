@@ -1,0 +1,360 @@
+!> The scene: everything a run needs that does not change, or only with the stages, built once from deck and mesh.
+module scene_m
+   use kinds_m, only: wp
+   use constants_m, only: is_set, unset, radians, megapascal, megapascal_per_millimetre
+   use errors_m, only: error_list_t
+   use text_m, only: to_text, quoted, nearest_word
+   use log_m, only: log_t
+   use deck_m, only: deck_t
+   use joint_group_m, only: joint_t
+   use mesh_m, only: mesh_t, split_mesh_t, find_group, name_length
+   use split_m, only: split_mesh
+   use topology_m, only: topology_t, scan_topology
+   use solid_m, only: solid_t, init_solid, set_viscosity, lumped_mass, solid_stiffness_bound, solid_damping_bound
+   use jcm_m, only: jcm_parameters_t, jcm_option, jcm_scale
+   use coulomb_joint_m, only: coulomb_joint_t
+   use joint_law_m, only: joint_law_t, joint_law_named, law_jcm, law_jcm_mean, law_coulomb
+   use joints_m, only: joints_t, init_joints
+   use wall_contact_m, only: wall_contact_t, init_wall_contact
+   use loads_m, only: loads_t, init_loads, start_stage, group_nodes
+   use state_m, only: state_t, init_state
+   implicit none
+   private
+
+   !> A rest until equilibrium gives up after this many times the move, unless the deck says otherwise
+   real(wp), parameter :: patience = 100.0_wp
+
+   type, public :: scene_t
+      type(deck_t) :: deck
+      type(split_mesh_t) :: split
+      type(topology_t) :: topology
+      type(solid_t) :: solid
+      type(joints_t) :: joints
+      type(wall_contact_t) :: walls
+      type(loads_t) :: loads
+      !> True nodal mass (nodes) [kg per m] and weight (2, nodes) [N per m]
+      real(wp), allocatable :: mass(:), weight(:, :)
+      !> Row sums of stiffness and damping of the rock (nodes) [N/m, N s/m per m]
+      real(wp), allocatable :: rock_stiffness(:), rock_damping(:)
+      !> Viscous nodal forces (2, nodes); size zero without viscous damping
+      real(wp), allocatable :: damping_force(:, :)
+      !> Cundall's local damping (0: none)
+      real(wp) :: local_damping = 0.0_wp
+      !> What the scene needs
+      logical :: has_walls = .false.
+   contains
+      procedure :: until_balanced
+      procedure :: longest_rest
+   end type scene_t
+
+   public :: check_groups, build_scene, begin_stage
+
+contains
+
+   !> Check the deck's groups against those of the mesh.
+   subroutine check_groups(deck, mesh, errors)
+      type(deck_t), intent(in) :: deck
+      type(mesh_t), intent(in) :: mesh
+      type(error_list_t), intent(inout) :: errors
+      integer :: i, e
+      logical, allocatable :: has_material(:)
+
+      allocate (has_material(size(mesh%group)), source=.false.)
+      do i = 1, size(deck%material)
+         call require('&material', deck%material(i)%line, deck%material(i)%group, [2])
+         e = find_group(mesh%group, deck%material(i)%group, 2)
+         if (e > 0) has_material(e) = .true.
+      end do
+      do i = 1, size(deck%joint)
+         call require('&joint', deck%joint(i)%line, deck%joint(i)%group, [1])
+      end do
+      do i = 1, size(deck%boundary)
+         call require('&boundary', deck%boundary(i)%line, deck%boundary(i)%group, [0, 1, 2])
+      end do
+      do i = 1, size(deck%initial)
+         call require('&initial', deck%initial(i)%line, deck%initial(i)%group, [0, 1, 2])
+      end do
+      do i = 1, size(mesh%group)
+         if (mesh%group(i)%dimension /= 2 .or. has_material(i)) cycle
+         if (.not. any(mesh%triangle_group == i)) cycle
+         call errors%add(deck%path//': no &material has group = '//quoted(mesh%group(i)%name)// &
+                         ', a physical surface of the mesh with triangles')
+      end do
+
+   contains
+
+      subroutine require(what, line, name, dimensions)
+         character(len=*), intent(in) :: what, name
+         integer, intent(in) :: line, dimensions(:)
+         character(len=:), allocatable :: similar
+         integer :: d, k
+         character(len=name_length), allocatable :: candidates(:)
+         character(len=*), parameter :: kind(0:2) = [character(len=7) :: 'point', 'curve', 'surface']
+
+         do d = 1, size(dimensions)
+            if (find_group(mesh%group, name, dimensions(d)) > 0) return
+         end do
+         candidates = pack(mesh%group%name, [(any(dimensions == mesh%group(k)%dimension), k=1, size(mesh%group))])
+         similar = nearest_word(name, candidates)
+         if (similar /= '') similar = '; did you mean '//quoted(similar)//'?'
+         if (size(dimensions) == 1) then
+            call errors%add(deck%path//':'//to_text(line)//': '//what//' group = '//quoted(name)//': the mesh has no physical '// &
+                            trim(kind(dimensions(1)))//' of that name'//similar)
+         else
+            call errors%add(deck%path//':'//to_text(line)//': '//what//' group = '//quoted(name)// &
+                            ': the mesh has no physical point, curve or surface of that name'//similar)
+         end if
+      end subroutine require
+
+   end subroutine check_groups
+
+   !> Split the mesh, scan the topology and set up rock, joints, walls and the state at rest.
+   subroutine build_scene(deck, mesh, log, scene, state, errors)
+      type(deck_t), intent(in) :: deck
+      type(mesh_t), intent(in) :: mesh
+      type(log_t), intent(in) :: log
+      type(scene_t), intent(out) :: scene
+      type(state_t), intent(out) :: state
+      type(error_list_t), intent(inout) :: errors
+      logical, allocatable :: fracture(:)
+      integer :: i
+
+      scene%deck = deck
+      allocate (fracture(size(mesh%group)), source=.false.)
+      do i = 1, size(deck%joint)
+         fracture(find_group(mesh%group, deck%joint(i)%group, 1)) = .true.
+      end do
+      call split_mesh(mesh, fracture, scene%split, errors)
+      if (errors%any()) return
+      call scan_topology(scene%split, scene%topology)
+      call build_rock(scene)
+      call build_joints(scene, log)
+      scene%has_walls = size(scene%walls%joint) > 0
+      call init_loads(scene%split, deck%boundary, scene%loads)
+      call init_state(scene%mass, size(scene%split%joint, 2), state)
+      call start_moving(scene, state)
+   end subroutine build_scene
+
+   !> Triangles, masses, weights, damping.
+   subroutine build_rock(scene)
+      type(scene_t), intent(inout) :: scene
+      real(wp), allocatable :: density(:), young(:), poisson(:)
+      integer :: nodes, triangles, e, m, gravity_axis
+
+      nodes = size(scene%split%x, 2)
+      triangles = size(scene%split%triangle, 2)
+      allocate (density(triangles), young(triangles), poisson(triangles))
+      do e = 1, triangles
+         m = material_of(scene, e)
+         density(e) = scene%deck%material(m)%density
+         young(e) = scene%deck%material(m)%young
+         poisson(e) = scene%deck%material(m)%poisson
+      end do
+      call init_solid(scene%split%x, scene%split%triangle, density, young, poisson, scene%solid)
+      allocate (scene%mass(nodes), scene%weight(2, nodes))
+      call lumped_mass(scene%solid, scene%mass)
+      do gravity_axis = 1, 2
+         scene%weight(gravity_axis, :) = scene%mass*merge(scene%deck%gravity%gx, scene%deck%gravity%gy, gravity_axis == 1)
+      end do
+      allocate (scene%rock_stiffness(nodes), scene%rock_damping(nodes), source=0.0_wp)
+      call solid_stiffness_bound(scene%solid, scene%rock_stiffness)
+      associate (settings => scene%deck%explicit)
+         if (settings%damping == 'viscous') then
+            call set_viscosity(scene%solid, settings%damping_factor)
+            call solid_damping_bound(scene%solid, scene%rock_damping)
+            allocate (scene%damping_force(2, nodes), source=0.0_wp)
+         else
+            allocate (scene%damping_force(2, 0))
+         end if
+         if (settings%damping == 'local') scene%local_damping = settings%damping_factor
+      end associate
+   end subroutine build_rock
+
+   !> Index of the deck's material of a triangle.
+   pure integer function material_of(scene, e) result(material)
+      type(scene_t), intent(in) :: scene
+      !> Triangle
+      integer, intent(in) :: e
+      integer :: m
+
+      material = 0
+      do m = 1, size(scene%deck%material)
+         if (scene%deck%material(m)%group == scene%split%group(scene%split%triangle_group(e))%name) material = m
+      end do
+   end function material_of
+
+   !> Laws at the scale of the block edges, coupling options, wall contact.
+   subroutine build_joints(scene, log)
+      type(scene_t), intent(inout) :: scene
+      type(log_t), intent(in) :: log
+      real(wp), allocatable :: mean_length(:)
+      integer :: j, g
+
+      call init_joints(scene%split, scene%joints)
+      allocate (mean_length(size(scene%deck%joint)))
+      do g = 1, size(scene%deck%joint)
+         mean_length(g) = mean_edge_length(scene, g)
+      end do
+      do j = 1, size(scene%split%joint, 2)
+         g = deck_joint(scene, j)
+         scene%joints%group(j) = g
+         associate (settings => scene%deck%joint(g), edge => scene%topology%edge_of_joint(j))
+            scene%joints%law(j) = law_of(settings, scene%topology%edge_length(edge), mean_length(g))
+            scene%joints%coupled(j) = settings%coupling == 'coupled'
+            scene%joints%velocity_friction(j) = settings%friction == 'velocity'
+            scene%joints%stress_from_walls(j) = settings%normal_stress == 'walls'
+            scene%joints%wall_handled(j) = settings%contact == 'wall'
+            if (settings%normal == 'penalty') scene%joints%penalty(j) = penalty_stiffness(scene, settings, j)
+         end associate
+      end do
+      call warn_of_guards(scene, log)
+      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls)
+   end subroutine build_joints
+
+   !> Index of the deck's &joint group of a joint element.
+   pure integer function deck_joint(scene, j) result(group)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: j
+      integer :: g
+
+      group = 0
+      do g = 1, size(scene%deck%joint)
+         if (scene%deck%joint(g)%group == scene%split%group(scene%split%joint_group(j))%name) group = g
+      end do
+   end function deck_joint
+
+   !> Mean length of the block edges of a &joint group [m].
+   pure real(wp) function mean_edge_length(scene, g) result(mean)
+      type(scene_t), intent(in) :: scene
+      !> Index of the deck's &joint group
+      integer, intent(in) :: g
+      integer :: e, edges
+
+      mean = 0.0_wp
+      edges = 0
+      do e = 1, size(scene%topology%edge_group)
+         if (scene%split%group(scene%topology%edge_group(e))%name /= scene%deck%joint(g)%group) cycle
+         mean = mean + scene%topology%edge_length(e)
+         edges = edges + 1
+      end do
+      if (edges > 0) mean = mean/real(edges, wp)
+   end function mean_edge_length
+
+   !> The law of a joint on a block edge of given length.
+   pure function law_of(settings, edge_length, mean_length) result(law)
+      type(joint_t), intent(in) :: settings
+      !> Length of its block edge, mean length of the group's block edges [m]
+      real(wp), intent(in) :: edge_length, mean_length
+      type(joint_law_t) :: law
+      type(jcm_parameters_t) :: parameters
+
+      law%kind = joint_law_named(settings%law)
+      if (law%kind == law_coulomb) then
+         law%coulomb = coulomb_joint_t(friction_angle=settings%friction_angle, cohesion=settings%cohesion/megapascal, &
+                                       kn=settings%kn_mpa_mm, ks=settings%ks_mpa_mm, a0=settings%a0_mm)
+         return
+      end if
+      parameters = jcm_parameters_t(jrc0=settings%jrc0, jcs0=settings%jcs0_mpa, sigma_c=settings%sigma_c_mpa, &
+                                    l0=settings%l0, phi_r=settings%phi_r, a0=settings%a0_mm, &
+                                    peak=jcm_option(settings%peak), post_peak=jcm_option(settings%post_peak), &
+                                    short_edges=jcm_option(settings%short_edges), max_angle=settings%max_angle)
+      if (law%kind == law_jcm) law%jcm = jcm_scale(parameters, edge_length)
+      if (law%kind == law_jcm_mean) law%jcm = jcm_scale(parameters, mean_length)
+   end function law_of
+
+   !> Penalty stiffness of a joint's walls, p over the size of the triangles behind them [MPa/mm].
+   pure real(wp) function penalty_stiffness(scene, settings, j) result(stiffness)
+      type(scene_t), intent(in) :: scene
+      type(joint_t), intent(in) :: settings
+      integer, intent(in) :: j
+      real(wp) :: penalty, height
+
+      associate (triangle => scene%split%joint_triangle(:, j))
+         penalty = settings%penalty
+         if (.not. is_set(penalty)) penalty = &
+            maxval(scene%deck%material([material_of(scene, triangle(1)), material_of(scene, triangle(2))])%penalty_factor* &
+                   scene%solid%young(triangle))
+         height = minval(scene%solid%height(triangle))
+      end associate
+      stiffness = penalty/height/megapascal_per_millimetre
+   end function penalty_stiffness
+
+   !> Say once, group by group, where the empirical law had to be kept within its bounds.
+   subroutine warn_of_guards(scene, log)
+      type(scene_t), intent(in) :: scene
+      type(log_t), intent(in) :: log
+      logical, allocatable :: member(:)
+      integer :: g
+
+      associate (laws => scene%joints%law)
+         do g = 1, size(scene%deck%joint)
+            if (scene%deck%joint(g)%law == 'coulomb') cycle
+            member = scene%joints%group == g
+            call tell(count(member .and. laws%jcm%extrapolated), 'lie on block edges shorter than l0: eqs 8 and 9 '// &
+                      'extrapolate JRC and JCS above their laboratory values (short_edges = ''l0'' keeps them)')
+            call tell(count(member .and. laws%jcm%vm_clamped), 'have a maximum closure (eq 7) that is negative or tiny: '// &
+                      'raised to a small share of the aperture')
+            call tell(count(member .and. laws%jcm%kn0_clamped), 'have an initial stiffness (eq 6) that is negative or tiny: '// &
+                      'raised to its floor')
+            call tell(count(member .and. laws%jcm%a0_clamped), 'have an initial aperture that is tiny: raised to its floor')
+         end do
+      end associate
+
+   contains
+
+      subroutine tell(number, what)
+         integer, intent(in) :: number
+         character(len=*), intent(in) :: what
+
+         if (number == 0) return
+         call log%warn(to_text(number)//' of '//to_text(count(member))//' joint elements of '// &
+                       quoted(scene%deck%joint(g)%group)//' '//what)
+      end subroutine tell
+
+   end subroutine warn_of_guards
+
+   !> Initial velocities.
+   subroutine start_moving(scene, state)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
+      logical, allocatable :: member(:)
+      integer :: i
+
+      do i = 1, size(scene%deck%initial)
+         member = group_nodes(scene%split, scene%deck%initial(i)%group)
+         associate (initial => scene%deck%initial(i))
+            if (is_set(initial%vx)) where (member) state%v(1, :) = initial%vx
+            if (is_set(initial%vy)) where (member) state%v(2, :) = initial%vy
+         end associate
+      end do
+   end subroutine start_moving
+
+   !> Compile the boundary conditions of a stage.
+   subroutine begin_stage(scene, stage)
+      type(scene_t), intent(inout) :: scene
+      !> Number of the stage
+      integer, intent(in) :: stage
+
+      call start_stage(scene%split, scene%deck%boundary, scene%deck%stage%name, stage, scene%weight, scene%loads)
+      ! Weight that is not ramped is there from the very start
+      if (stage == 1 .and. .not. scene%deck%gravity%ramped) scene%loads%dead_start = scene%weight
+   end subroutine begin_stage
+
+   !> Does the rest of a stage end at equilibrium rather than at a given time?
+   pure logical function until_balanced(self, stage)
+      class(scene_t), intent(in) :: self
+      integer, intent(in) :: stage
+
+      until_balanced = is_set(self%deck%stage(stage)%equilibrium)
+   end function until_balanced
+
+   !> Longest rest of a stage that ends at equilibrium [s].
+   pure real(wp) function longest_rest(self, stage)
+      class(scene_t), intent(in) :: self
+      integer, intent(in) :: stage
+
+      longest_rest = self%deck%stage(stage)%max_rest_time
+      if (.not. is_set(longest_rest)) longest_rest = patience*self%deck%stage(stage)%move_time
+   end function longest_rest
+
+end module scene_m

@@ -1,0 +1,80 @@
+!> The stable time step, computed from rock, joints and contact; and mass scaling, its inverse.
+!>
+!> Every triangle, joint and contact adds a bound to its nodes such that u.K u <= sum s_i |u_i|^2 and the same with the
+!> damping matrix, v.C v <= sum c_i |v_i|^2. The stepping is stable when s_i dt^2 + 2 c_i dt <= 4 m_i at every node
+!> that moves: for c = 0 the familiar dt <= 2/omega.
+module stable_step_m
+   use kinds_m, only: wp
+   use constants_m, only: is_set, megapascal_per_millimetre
+   use scene_m, only: scene_t
+   use state_m, only: state_t
+   use wall_contact_m, only: find_overlaps, wall_stiffness_bound
+   use joints_m, only: joint_stiffness
+   implicit none
+   private
+
+   public :: stable_step, scaled_mass, longest_stable_step
+
+contains
+
+   !> Step for the present state [s]: what the deck gives, else the stable step times the safety factor; with mass scaling
+   !> the scaled step, after raising the masses that need it.
+   real(wp) function stable_step(scene, state) result(step)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      real(wp) :: stiffness(size(state%mass))
+
+      call stiffness_bound(scene, state, stiffness)
+      associate (settings => scene%deck%explicit)
+         if (settings%mass_scaling == 'step') then
+            state%mass = scaled_mass(stiffness, scene%rock_damping, scene%mass, settings%scaled_step/settings%safety)
+            step = settings%scaled_step
+         else if (is_set(settings%step)) then
+            step = settings%step
+         else
+            step = settings%safety*longest_stable_step(stiffness, scene%rock_damping, state%mass, scene%loads%fixed)
+         end if
+      end associate
+   end function stable_step
+
+   !> Nodal bounds of the stiffness of rock, joints and contact at the present state (nodes) [N/m per m of thickness].
+   subroutine stiffness_bound(scene, state, bound)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(in) :: state
+      real(wp), intent(out) :: bound(:)
+
+      bound = scene%rock_stiffness
+      if (scene%has_walls) then
+         scene%joints%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, state%joint)
+         call find_overlaps(scene%walls, scene%split%x, state%u)
+         call wall_stiffness_bound(scene%walls, &
+                                   scene%joints%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
+      end if
+   end subroutine stiffness_bound
+
+   !> The longest step with s dt^2 + 2 c dt <= 4 m at every node that can move [s].
+   pure real(wp) function longest_stable_step(stiffness, damping, mass, fixed) result(step)
+      !> Nodal bounds s [N/m], c [N s/m] and mass [kg], each (nodes) per m of thickness
+      real(wp), intent(in) :: stiffness(:), damping(:), mass(:)
+      !> Prescribed components (2, nodes)
+      logical, intent(in) :: fixed(:, :)
+      integer :: n
+
+      step = huge(step)
+      do n = 1, size(mass)
+         if (all(fixed(:, n)) .or. stiffness(n) <= 0.0_wp) cycle
+         step = min(step, (sqrt(damping(n)**2 + 4.0_wp*stiffness(n)*mass(n)) - damping(n))/stiffness(n))
+      end do
+   end function longest_stable_step
+
+   !> Masses raised where the step would not be stable (nodes) [kg per m].
+   elemental real(wp) function scaled_mass(stiffness, damping, mass, step)
+      !> Nodal bounds s [N/m], c [N s/m], true mass [kg], per m of thickness
+      real(wp), intent(in) :: stiffness, damping, mass
+      !> Step that has to be stable [s]
+      real(wp), intent(in) :: step
+
+      scaled_mass = max(mass, 0.25_wp*(stiffness*step**2 + 2.0_wp*damping*step))
+   end function scaled_mass
+
+end module stable_step_m

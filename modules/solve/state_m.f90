@@ -1,0 +1,79 @@
+!> What changes during a run: motion, forces, joints and the energy account.
+module state_m
+   use kinds_m, only: wp, i8
+   use joint_point_m, only: joint_point_t
+   implicit none
+   private
+
+   !> Energy account, J per metre of thickness. What was put in equals what is stored and what was spent:
+   !> external = kinetic + strain + contact + friction + damping + residual
+   type, public :: energy_t
+      !> Stored now: in motion, in the rock
+      real(wp) :: kinetic = 0.0_wp, strain = 0.0_wp
+      !> Work done so far against normal contact forces (nearly all stored), against friction (with what the joints'
+      !> shear springs hold), and against damping
+      real(wp) :: contact = 0.0_wp, friction = 0.0_wp, damping = 0.0_wp
+      !> Work done so far by loads, gravity and prescribed motion
+      real(wp) :: external = 0.0_wp
+      !> Kinetic and strain energy the run started with
+      real(wp) :: initial = 0.0_wp
+   contains
+      procedure :: residual
+   end type energy_t
+
+   !> State of the run
+   type, public :: state_t
+      !> Time [s] and number of steps
+      real(wp) :: time = 0.0_wp
+      integer(i8) :: step = 0_i8
+      !> Displacement [m] and velocity [m/s] (2, nodes)
+      real(wp), allocatable :: u(:, :), v(:, :)
+      !> Nodal mass, with what mass scaling has added (nodes) [kg per m]
+      real(wp), allocatable :: mass(:)
+      !> Nodal forces by origin (2, nodes) [N per m]: rock, contact along the normal, friction, loads
+      real(wp), allocatable :: solid(:, :), normal(:, :), friction(:, :), load(:, :)
+      !> Joint elements (joints), their opening w and aperture (joints) [mm]
+      type(joint_point_t), allocatable :: joint(:)
+      real(wp), allocatable :: opening(:), aperture(:)
+      type(energy_t) :: energy
+   end type state_t
+
+   public :: init_state, kinetic_energy
+
+contains
+
+   !> Everything at rest and unstrained.
+   subroutine init_state(mass, joints, state)
+      !> Nodal mass (nodes) [kg per m]
+      real(wp), intent(in) :: mass(:)
+      !> Number of joint elements
+      integer, intent(in) :: joints
+      type(state_t), intent(out) :: state
+      integer :: n
+
+      n = size(mass)
+      state%mass = mass
+      allocate (state%u(2, n), state%v(2, n), state%solid(2, n), state%normal(2, n), state%friction(2, n), &
+                state%load(2, n), source=0.0_wp)
+      allocate (state%joint(joints))
+      allocate (state%opening(joints), state%aperture(joints), source=0.0_wp)
+   end subroutine init_state
+
+   !> Energy of motion [J per m of thickness].
+   pure real(wp) function kinetic_energy(mass, v)
+      !> Nodal mass (nodes) [kg per m]
+      real(wp), intent(in) :: mass(:)
+      !> Velocity (2, nodes) [m/s]
+      real(wp), intent(in) :: v(:, :)
+
+      kinetic_energy = 0.5_wp*(dot_product(mass, v(1, :)**2) + dot_product(mass, v(2, :)**2))
+   end function kinetic_energy
+
+   !> What the account cannot explain [J per m of thickness].
+   pure real(wp) function residual(self)
+      class(energy_t), intent(in) :: self
+
+      residual = self%initial + self%external - self%kinetic - self%strain - self%contact - self%friction - self%damping
+   end function residual
+
+end module state_m
