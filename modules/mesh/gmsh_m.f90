@@ -3,7 +3,7 @@ module gmsh_m
    use errors_m, only: error_list_t
    use file_buffer_m, only: file_buffer_t
    use gmsh_section_m, only: entity_list_t, read_elements_2, read_elements_4, read_entities, read_names, read_nodes_2, &
-      read_nodes_4
+                             read_nodes_4
    use gmsh_table_m, only: assemble, gmsh_table_t
    use mesh_m, only: mesh_t
    use text_m, only: quoted
@@ -62,13 +62,13 @@ contains
       call buffer%get_word(binary)
       call buffer%get_word(real_size)
       if (version /= format_2 .and. version /= format_4) then
-         call errors%add(path//': gmsh format '//quoted(version)//' is not read; write the mesh in format '//format_2// &
-            ' or '//format_4)
+         call errors%add(path//': gmsh format '//quoted(version)//' is not read; write the mesh in format '// &
+                         format_2//' or '//format_4)
          return
       end if
       if (verify(binary, '01') > 0 .or. len(binary) /= 1 .or. real_size /= '8') then
          call errors%add(path//': $MeshFormat says '//quoted(binary)//' and '//quoted(real_size)// &
-            '; valid are 0 (text) or 1 (binary), and 8-byte numbers')
+                         '; valid are 0 (text) or 1 (binary), and 8-byte numbers')
          return
       end if
       if (binary == '1') then
@@ -76,8 +76,8 @@ contains
          buffer%binary = .true.
          call buffer%get_integer(one)
          if (one /= 1) then
-            call errors%add(path//': the file was written on a machine with another order of bytes, or is cut short; '// &
-               'write it as text')
+            call errors%add(path//': the file was written on a machine with another order of bytes, '// &
+                            'or is cut short; write it as text')
             return
          end if
       end if
@@ -101,7 +101,7 @@ contains
          call buffer%get_word(word)
          if (word(1:1) /= '$') then
             call errors%add(path//': a section ($...) is expected at '//buffer%place()//', but found '// &
-               quoted(word(:min(20, len(word)))))
+                            quoted(word(:min(20, len(word)))))
             return
          end if
          ! The binary numbers begin right behind the line end
@@ -141,13 +141,13 @@ contains
 
       if (buffer%bad) then
          call errors%add(path//': section $'//section//' cannot be read at '//buffer%place()// &
-            ' (is the file cut short?)')
+                         ' (is the file cut short?)')
          return
       end if
       call buffer%get_word(word)
       if (word /= '$End'//section) then
          call errors%add(path//': $End'//section//' is expected at '//buffer%place()// &
-            ' (is the file cut short, or a count wrong?)')
+                         ' (is the file cut short, or a count wrong?)')
       end if
    end subroutine end_of_section
 

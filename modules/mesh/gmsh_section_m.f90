@@ -19,7 +19,7 @@ module gmsh_section_m
    integer, parameter :: most_tags = 64, most_nodes = 64
    !> Nodes of gmsh's element types 1 to 31
    integer, parameter :: nodes_of_type(31) = [2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13, 9, 10, &
-      12, 15, 15, 21, 4, 5, 6, 20, 35, 56]
+                                              12, 15, 15, 21, 4, 5, 6, 20, 35, 56]
    !> Highest dimension of an entity
    integer, parameter :: volume = 3
 

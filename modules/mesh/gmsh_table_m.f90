@@ -157,7 +157,7 @@ contains
       do i = 1, highest_type
          if (table%unsupported(i) == 0) cycle
          call errors%add(path//': '//to_text(table%unsupported(i))//' elements of gmsh type '//to_text(i)//' ('// &
-            type_name(i)//'); only 3-node triangles, 2-node lines and points are read')
+                         type_name(i)//'); only 3-node triangles, 2-node lines and points are read')
       end do
    end subroutine check_types
 
@@ -198,7 +198,7 @@ contains
          return
       else if (int(highest, i8) > max(longest_gaps*size(table%node_number, kind=i8), table_always_allowed)) then
          call errors%add(path//': '//to_text(size(table%node_number))//' nodes are numbered up to '//to_text(highest) &
-            //'; renumber the mesh in gmsh')
+                         //'; renumber the mesh in gmsh')
          return
       end if
       allocate (node_of_number(highest))
@@ -228,7 +228,7 @@ contains
                if (node_of_number(number) > 0) cycle
             end if
             call errors%add(path//': element '//to_text(table%element_number(i))//' has node '//to_text(number)// &
-               ', which is not in the file')
+                            ', which is not in the file')
             return
          end do
       end do
@@ -244,7 +244,7 @@ contains
       extent = max(maxval(table%x(1, :)) - minval(table%x(1, :)), maxval(table%x(2, :)) - minval(table%x(2, :)))
       if (maxval(table%x(3, :)) - minval(table%x(3, :)) > plane_tolerance*extent) then
          call errors%add(path//': z of the nodes runs from '//to_text(minval(table%x(3, :)))//' to '// &
-            to_text(maxval(table%x(3, :)))//'; the mesh must lie in a plane z = constant')
+                         to_text(maxval(table%x(3, :)))//'; the mesh must lie in a plane z = constant')
       end if
    end subroutine check_plane
 

@@ -66,7 +66,7 @@ contains
             call errors%add(line_text(mesh, i)//' is not an edge of triangles (embed the fracture in the surface)')
          else if (edges%triangles(e) /= 2) then
             call errors%add(line_text(mesh, i)//' has '//to_text(edges%triangles(e))// &
-               ' triangle(s) beside it; a fracture needs rock on both sides')
+                            ' triangle(s) beside it; a fracture needs rock on both sides')
          else if (group_of_edge(e) == 0) then
             n = n + 1
             cut%edge(n) = e
@@ -75,7 +75,7 @@ contains
             group_of_edge(e) = group
          else if (group_of_edge(e) /= group) then
             call errors%add(line_text(mesh, i)//' is in fracture group ' &
-               //quoted(mesh%group(group_of_edge(e))%name)//' too')
+                            //quoted(mesh%group(group_of_edge(e))%name)//' too')
          end if
       end do
       cut%edge = cut%edge(:n)
@@ -93,7 +93,7 @@ contains
       a = mesh%x(:, mesh%line(1, line))
       b = mesh%x(:, mesh%line(2, line))
       text = 'line from ('//to_text(a(1))//', '//to_text(a(2))//') to ('//to_text(b(1))//', '//to_text(b(2))// &
-         ') of fracture group '//quoted(mesh%group(mesh%line_group(line))%name)
+             ') of fracture group '//quoted(mesh%group(mesh%line_group(line))%name)
    end function line_text
 
    !> Direct the cuts along their chains.
