@@ -53,8 +53,8 @@ module jcm_m
       real(wp) :: jrcn = 0.0_wp, jcsn = 1.0_wp
       !> Initial normal stiffness [MPa/mm], maximum closure [mm], initial aperture [mm]
       real(wp) :: kn0 = 1.0_wp, vm = 1.0_wp, a0 = 0.0_wp
-      !> Residual friction angle [deg]
-      real(wp) :: phi_r = 0.0_wp
+      !> Residual friction angle [deg]; d tan(mobilised angle)/d(u/up) where the onset reaches it [-]
+      real(wp) :: phi_r = 0.0_wp, onset_slope = 0.0_wp
       !> Peak displacement: formula, and its factor that does not depend on the stress [mm]
       integer :: peak = peak_eq15
       real(wp) :: peak_scale = 1.0_wp
@@ -150,7 +150,7 @@ contains
       a0 = parameters%a0
       if (.not. is_set(a0)) then
          sigma_c = jcs0
-         if (is_set(parameters%sigma_c)) sigma_c = parameters%sigma_c
+         if (is_set(parameters%sigma_c)) sigma_c = between(0.0_wp, parameters%sigma_c, largest_stress)
          a0 = initial_aperture(jrc0, sigma_c, jcs0)
       end if
       edge%a0 = max(a0, least_aperture)
@@ -163,6 +163,7 @@ contains
       edge%vm_clamped = vm < least_closure_share*edge%a0
 
       edge%phi_r = between(0.0_wp, parameters%phi_r, steepest)
+      edge%onset_slope = max(radians*edge%phi_r/onset*secant_squared(edge%phi_r), least_slope)
       roughness_cap = max(0.0_wp, min(parameters%max_angle, steepest) - edge%phi_r)
       edge%largest_logarithm = widest_logarithm
       if (edge%jrcn*widest_logarithm > roughness_cap) edge%largest_logarithm = roughness_cap/edge%jrcn
@@ -230,7 +231,7 @@ contains
       bounded = between(0.0_wp, v, closure_limit*vm)
       closure_stress = kn0*bounded/(1.0_wp - bounded/vm)                                            ! (5a)
       if (v > bounded .and. v > 0.0_wp) then
-         closure_stress = closure_stress + kn0/(1.0_wp - closure_limit)**2*(v - bounded)
+         closure_stress = closure_stress + kn0/(1.0_wp - closure_limit)**2*(min(v, largest_slip) - bounded)
       end if
    end function closure_stress
 
@@ -269,13 +270,13 @@ contains
 
    ! ---- Roughness at a normal stress -------------------------------------------------------------------------------
 
-   !> log10(JCSn/sn): zero above JCSn, capped where the total angle reaches its limit [-].
+   !> log10(JCSn/sn): zero above JCSn, capped where the total angle reaches its limit [-]. (log10 itself is twice as slow.)
    pure real(wp) function roughness_logarithm(edge, sn)
       type(jcm_edge_t), intent(in) :: edge
       !> Normal stress [MPa]
       real(wp), intent(in) :: sn
 
-      roughness_logarithm = between(0.0_wp, log10(edge%jcsn/max(sn, edge%least_stress)), edge%largest_logarithm)
+      roughness_logarithm = between(0.0_wp, log(edge%jcsn/max(sn, edge%least_stress))/ln10, edge%largest_logarithm)
    end function roughness_logarithm
 
    !> Logarithm, roughness angle and peak displacement at a normal stress.
@@ -305,7 +306,7 @@ contains
       real(wp), intent(in) :: ln, jrcn, jcsn, sn
       real(wp) :: logarithm
 
-      logarithm = log10(jcsn/sn)
+      logarithm = between(0.0_wp, log10(jcsn/max(sn, jcsn*10.0_wp**(-widest_logarithm))), widest_logarithm)
       peak_displacement_eq15 = peak_length(ln)*peak_stress_factor(logarithm, jrcn*logarithm)        ! (15)
    end function peak_displacement_eq15
 
@@ -542,10 +543,9 @@ contains
       !> JRCn log10(JCSn/sn) [deg]
       real(wp), intent(in) :: roughness
 
-      steepest_slope = radians*max(edge%phi_r/onset*secant_squared(edge%phi_r), &
-         &table_slope(1)*roughness*secant_squared(edge%phi_r + table_jrc(2)*roughness), &
-         &table_slope(2)*roughness*secant_squared(edge%phi_r + table_jrc(3)*roughness), &
-         &least_slope)
+      steepest_slope = max(edge%onset_slope, &
+         &radians*table_slope(1)*roughness*secant_squared(edge%phi_r + table_jrc(2)*roughness), &
+         &radians*table_slope(2)*roughness*secant_squared(edge%phi_r + table_jrc(3)*roughness))
    end function steepest_slope
 
    ! ---- Dilation: eqs 18 to 22 -------------------------------------------------------------------------------------
@@ -794,18 +794,26 @@ contains
       !> Roughness at the normal stress of the state
       type(roughness_t), intent(in) :: rough
       type(joint_point_t), intent(inout) :: state
-      real(wp) :: stiffness, trial, strength
+      real(wp) :: slope, stiffness, trial, strength
 
       state%mu_mob = tan(radians*angle_at(edge, state%ratio, rough%angle))                          ! (33)
       strength = state%sn*state%mu_mob                                                              ! (13)
-      stiffness = state%sn/rough%peak*steepest_slope(edge, rough%angle)
+      slope = 0.0_wp
+      if (abs(state%u) >= state%u_max) &
+         & slope = radians*angle_slope(edge, state%ratio, rough%angle)*(1.0_wp + state%mu_mob**2)
+      ! These two slopes are bounds of the elastic one from below. A joint driven on to its strength by them slides for
+      ! certain, and needs no dearer bound.
+      stiffness = state%sn/rough%peak*max(edge%onset_slope, slope)
       trial = state%tau + stiffness*state%step_u
+      if (abs(trial) < strength .or. state%tau*state%step_u < 0.0_wp) then
+         stiffness = state%sn/rough%peak*steepest_slope(edge, rough%angle)
+         trial = state%tau + stiffness*state%step_u
+      end if
       state%sliding = abs(trial) >= strength
       if (state%sliding) then
          state%tau = sign(strength, trial)
-         state%ktt = 0.0_wp
-         if (state%step_ratio > 0.0_wp) state%ktt = sign(1.0_wp, trial)*sign(1.0_wp, state%u)*state%sn/rough%peak &
-            &*radians*angle_slope(edge, state%ratio, rough%angle)*(1.0_wp + state%mu_mob**2)        ! (17)
+         state%ktt = state%sn/rough%peak*slope                                                      ! (17)
+         if (trial*state%u < 0.0_wp) state%ktt = -state%ktt
       else
          state%tau = trial
          state%ktt = stiffness
