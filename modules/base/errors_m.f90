@@ -66,14 +66,19 @@ contains
       if (i >= 1 .and. i <= self%n) text = self%message(i)%text
    end function text
 
-   !> Write all messages, one a line, each with the prefix 'error: '.
-   subroutine write_errors(self, unit)
+   !> Write all messages, one a line, each with the prefix 'error: ' or another one.
+   subroutine write_errors(self, unit, prefix)
       class(error_list_t), intent(in) :: self
       integer, intent(in) :: unit
+      !> Prefix of each line, 'warning: ' for a list of warnings
+      character(len=*), intent(in), optional :: prefix
+      character(len=:), allocatable :: start
       integer :: i
 
+      start = 'error: '
+      if (present(prefix)) start = prefix
       do i = 1, self%n
-         write (unit, '(a)') 'error: '//self%message(i)%text
+         write (unit, '(a)') start//self%message(i)%text
       end do
    end subroutine write_errors
 

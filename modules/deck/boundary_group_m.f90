@@ -3,14 +3,22 @@ module boundary_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set
    use errors_m, only: error_list_t
+   use text_m, only: quoted, to_text
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
-                              check_given
+                              check_given, check_needed
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
 
-   public :: read_boundary, write_boundary
+   public :: read_boundary, write_boundary, prescribed, check_clash, all_prescribed
+
+   !> What a boundary can prescribe, and the indices of the velocity, of the loads on edges and of the far-field stress
+   character(len=*), parameter, public :: prescribable(*) = [character(len=8) :: 'vx', 'vy', 'tx', 'ty', 'pressure', &
+                                                             'sxx', 'syy', 'sxy']
+   integer, parameter :: velocities(*) = [1, 2], loads(*) = [3, 4, 5, 6, 7, 8], stresses(*) = [6, 7, 8]
+   !> Stage of a boundary that acts in every stage
+   character(len=*), parameter, public :: every_stage = 'all'
 
    !> &boundary
    type, public :: boundary_t
@@ -72,15 +80,69 @@ contains
       call check_boundary(slice, boundary, errors)
    end subroutine read_boundary
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> The boundary has a place and a stage, prescribes something, and nothing twice.
    subroutine check_boundary(slice, boundary, errors)
       type(group_slice_t), intent(in) :: slice
       type(boundary_t), intent(in) :: boundary
       type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: place
+      logical :: given(size(prescribable))
 
+      place = slice%path//':'//to_text(slice%line)//': &boundary '
+      given = prescribed(boundary)
       call check_given(errors, slice, 'group', boundary%group, 'a physical point, curve or surface of the mesh')
-      call check_given(errors, slice, 'stage', boundary%stage, 'the name of a stage, or ''all''')
+      call check_given(errors, slice, 'stage', boundary%stage, 'the name of a stage, or '//quoted(every_stage))
+      if (.not. any(given)) call errors%add(place//'prescribes nothing: give at least one of '//all_prescribed())
+      if (any(given(stresses))) then
+         call check_needed(errors, slice, 'sxx', boundary%sxx, 'a far-field stress')
+         call check_needed(errors, slice, 'syy', boundary%syy, 'a far-field stress')
+      end if
+      if (all(given(velocities)) .and. any(given(loads))) then
+         call errors%add(place//'vx and vy: with both prescribed a load has no effect; leave out one of them')
+      end if
+      call check_clash(place, given, given, '', errors)
    end subroutine check_boundary
+
+   !> Which of the prescribable variables does a boundary give?
+   pure function prescribed(boundary)
+      type(boundary_t), intent(in) :: boundary
+      logical :: prescribed(size(prescribable))
+
+      prescribed = is_set([boundary%vx, boundary%vy, boundary%tx, boundary%ty, boundary%pressure, &
+                           boundary%sxx, boundary%syy, boundary%sxy])
+   end function prescribed
+
+   !> Names of all prescribable variables, for a message.
+   pure function all_prescribed() result(names)
+      character(len=:), allocatable :: names
+      integer :: i
+
+      names = trim(prescribable(1))
+      do i = 2, size(prescribable)
+         names = names//', '//trim(prescribable(i))
+      end do
+   end function all_prescribed
+
+   !> A velocity and a traction in the same direction, or a far-field stress and anything else, cannot both hold.
+   subroutine check_clash(place, mine, others, where, errors)
+      !> Start of the message
+      character(len=*), intent(in) :: place
+      !> Variables that this boundary gives, and another one (or itself) (size(prescribable))
+      logical, intent(in) :: mine(:), others(:)
+      !> Where the other one stands, for the message
+      character(len=*), intent(in) :: where
+      type(error_list_t), intent(inout) :: errors
+      !> Pairs that exclude each other, as indices into prescribable
+      integer, parameter :: first(*) = [1, 2, 6, 6, 6, 6, 6], second(*) = [3, 4, 3, 4, 5, 1, 2]
+      integer :: i
+
+      do i = 1, size(first)
+         if ((mine(first(i)) .and. others(second(i))) .or. (mine(second(i)) .and. others(first(i)))) then
+            call errors%add(place//trim(prescribable(first(i)))//' and '//trim(prescribable(second(i)))//where// &
+                            ': cannot both be prescribed; leave out one of them')
+         end if
+      end do
+   end subroutine check_clash
 
    !> Write the effective group, every variable.
    subroutine write_boundary(boundary, unit)

@@ -58,7 +58,7 @@ contains
       call check_contact(slice, contact, errors)
    end subroutine read_contact
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices.
    subroutine check_contact(slice, contact, errors)
       type(group_slice_t), intent(in) :: slice
       type(contact_t), intent(inout) :: contact

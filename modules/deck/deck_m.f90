@@ -51,7 +51,7 @@ contains
       before = errors%count()
       call read_text_file(path, text, errors)
       ! A file that can't be read has one error, not one for every missing group.
-      if (errors%count() > before) text = ''
+      if (errors%count() > before) return
       call parse_deck(path, text, deck, errors)
    end subroutine read_deck
 

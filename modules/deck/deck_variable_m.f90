@@ -9,7 +9,8 @@ module deck_variable_m
    implicit none
    private
 
-   public :: namelist_text, require_clean_read, check_range, check_least, check_choice, check_given
+   public :: namelist_text, require_clean_read, check_range, check_least, check_choice, check_given, &
+             check_needed, check_idle
 
    !> Lengths of an option's text, of a name (stage, physical group), of a path or title
    integer, parameter, public :: option_length = 32, name_length = 64, path_length = 512
@@ -175,6 +176,34 @@ contains
          call errors%add(slice%place(name)//' is empty: '//meaning)
       end if
    end subroutine check_given
+
+   !> A variable that another one makes necessary must be given.
+   subroutine check_needed(errors, slice, name, value, reason)
+      type(error_list_t), intent(inout) :: errors
+      type(group_slice_t), intent(in) :: slice
+      !> Variable
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value
+      !> What makes it necessary
+      character(len=*), intent(in) :: reason
+
+      ! A value that was given and could not be read has been reported already.
+      if (is_set(value) .or. slice%find(name) > 0) return
+      call errors%add(slice%place(name)//' is missing: '//reason//' needs it')
+   end subroutine check_needed
+
+   !> A variable that has no effect without another one must not be given.
+   subroutine check_idle(errors, slice, name, value, condition)
+      type(error_list_t), intent(inout) :: errors
+      type(group_slice_t), intent(in) :: slice
+      !> Variable
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value
+      !> When it would have an effect
+      character(len=*), intent(in) :: condition
+
+      if (is_set(value)) call errors%add(slice%place(name)//': has no effect without '//condition//'; give both or neither')
+   end subroutine check_idle
 
    !> Index of a variable by name (0: there is none).
    pure integer function find_variable(variables, name) result(found)

@@ -5,7 +5,8 @@ module explicit_group_m
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_number, an_option, option_length, namelist_text, require_clean_read, &
-                              check_range, check_choice
+                              check_range, check_choice, &
+                              check_needed, check_idle
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
@@ -64,7 +65,7 @@ contains
       call check_explicit(slice, explicit, errors)
    end subroutine read_explicit
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices, and one way only of choosing the step.
    subroutine check_explicit(slice, explicit, errors)
       type(group_slice_t), intent(in) :: slice
       type(explicit_t), intent(inout) :: explicit
@@ -83,6 +84,14 @@ contains
       call check_range(errors, slice, 'step', explicit%step, above=0.0_wp)
       call check_choice(errors, slice, 'mass_scaling', explicit%mass_scaling, mass_scalings)
       call check_range(errors, slice, 'scaled_step', explicit%scaled_step, above=0.0_wp)
+      if (explicit%mass_scaling == 'step') then
+         call check_needed(errors, slice, 'scaled_step', explicit%scaled_step, "mass_scaling = 'step'")
+         if (is_set(explicit%step)) then
+            call errors%add(slice%place('step')//": mass_scaling = 'step' steps by scaled_step; leave out one of them")
+         end if
+      else
+         call check_idle(errors, slice, 'scaled_step', explicit%scaled_step, "mass_scaling = 'step'")
+      end if
    end subroutine check_explicit
 
    !> Write the effective group, every variable.

@@ -51,7 +51,7 @@ contains
       call check_gravity(slice, gravity, errors)
    end subroutine read_gravity
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices.
    subroutine check_gravity(slice, gravity, errors)
       type(group_slice_t), intent(in) :: slice
       type(gravity_t), intent(in) :: gravity

@@ -49,7 +49,7 @@ contains
       call check_initial(slice, initial, errors)
    end subroutine read_initial
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices.
    subroutine check_initial(slice, initial, errors)
       type(group_slice_t), intent(in) :: slice
       type(initial_t), intent(in) :: initial

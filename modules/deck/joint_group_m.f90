@@ -1,11 +1,13 @@
 !> The group &joint: the fractures of one physical curve of the mesh, and the law they follow.
 module joint_group_m
    use kinds_m, only: wp
-   use constants_m, only: unset
+   use constants_m, only: unset, is_set
    use errors_m, only: error_list_t
+   use text_m, only: exact_text, quoted
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_name, a_number, an_option, name_length, option_length, namelist_text, &
-                              require_clean_read, check_range, check_choice, check_given
+                              require_clean_read, check_range, check_choice, check_given, &
+                              check_needed, check_idle
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
@@ -118,9 +120,11 @@ contains
       read (text, nml=settings, iostat=status, iomsg=message)
       call require_clean_read(slice, status, message, errors)
       call check_joint(slice, joint, errors)
+      call check_law(slice, joint, errors)
+      call check_aperture(slice, joint, errors)
    end subroutine read_joint
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices.
    subroutine check_joint(slice, joint, errors)
       type(group_slice_t), intent(in) :: slice
       type(joint_t), intent(inout) :: joint
@@ -150,6 +154,56 @@ contains
       call check_range(errors, slice, 'ks_mpa_mm', joint%ks_mpa_mm, above=0.0_wp)
    end subroutine check_joint
 
+   !> The law has the parameters it needs, and the contact chosen can give it its stresses.
+   subroutine check_law(slice, joint, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(joint_t), intent(in) :: joint
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: law
+
+      law = 'law = '//quoted(joint%law)
+      select case (joint%law)
+      case ('jcm', 'jcm_mean')
+         call check_needed(errors, slice, 'jrc0', joint%jrc0, law)
+         call check_needed(errors, slice, 'jcs0_mpa', joint%jcs0_mpa, law)
+         call check_needed(errors, slice, 'l0', joint%l0, law)
+         call check_needed(errors, slice, 'phi_r', joint%phi_r, law)
+      case ('coulomb')
+         call check_needed(errors, slice, 'friction_angle', joint%friction_angle, law)
+         if (joint%normal == 'joint') then
+            call check_needed(errors, slice, 'kn_mpa_mm', joint%kn_mpa_mm, law//" with normal = 'joint'")
+            if (joint%friction == 'slider') then
+               call check_needed(errors, slice, 'ks_mpa_mm', joint%ks_mpa_mm, law//" with friction = 'slider'")
+            end if
+         end if
+      end select
+      if (joint%normal == 'joint') then
+         if (joint%contact == 'potential') then
+            call errors%add(slice%place('contact')//": has a penalty only, not the stiffness of normal = 'joint'; must be "// &
+                            "'wall', or go with normal = 'penalty'")
+         end if
+         call check_idle(errors, slice, 'penalty', joint%penalty, "normal = 'penalty'")
+      end if
+   end subroutine check_law
+
+   !> The initial aperture of eq 10 must come out positive.
+   subroutine check_aperture(slice, joint, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(joint_t), intent(in) :: joint
+      type(error_list_t), intent(inout) :: errors
+
+      if (joint%law == 'coulomb' .or. is_set(joint%a0_mm)) return
+      if (is_set(joint%jrc0) .and. abs(joint%jrc0) <= 0) then
+         call errors%add(slice%place('jrc0')//': eq 10 gives no initial aperture; must be above 0, or a0_mm be given')
+      end if
+      if (.not. (is_set(joint%sigma_c_mpa) .and. is_set(joint%jcs0_mpa))) return
+      ! Eq 10: a0 = JRC0/5 (0.2 sc/JCS0 - 0.1)
+      if (joint%jcs0_mpa >= 2*joint%sigma_c_mpa) then
+         call errors%add(slice%place('sigma_c_mpa')//': eq 10 gives no initial aperture; must be above half of jcs0_mpa ('// &
+                         exact_text(joint%jcs0_mpa/2)//'), or a0_mm be given')
+      end if
+   end subroutine check_aperture
+
    !> Write the effective group, every variable.
    subroutine write_joint(joint, unit)
       type(joint_t), intent(in) :: joint
@@ -160,7 +214,7 @@ contains
       call put(unit, 'law', joint%law)
       call put(unit, 'jrc0', joint%jrc0)
       call put(unit, 'jcs0_mpa', joint%jcs0_mpa)
-      call put(unit, 'sigma_c_mpa', joint%sigma_c_mpa)
+      call put(unit, 'sigma_c_mpa', joint%sigma_c_mpa, 'jcs0_mpa')
       call put(unit, 'l0', joint%l0)
       call put(unit, 'phi_r', joint%phi_r)
       call put(unit, 'a0_mm', joint%a0_mm, 'from jrc0, jcs0_mpa and sigma_c_mpa by eq 10')

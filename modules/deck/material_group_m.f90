@@ -59,7 +59,7 @@ contains
       call check_material(slice, material, errors)
    end subroutine read_material
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices.
    subroutine check_material(slice, material, errors)
       type(group_slice_t), intent(in) :: slice
       type(material_t), intent(in) :: material

@@ -55,7 +55,7 @@ contains
       call check_output(slice, output, errors)
    end subroutine read_output
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices.
    subroutine check_output(slice, output, errors)
       type(group_slice_t), intent(in) :: slice
       type(output_t), intent(in) :: output

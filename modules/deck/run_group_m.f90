@@ -49,7 +49,7 @@ contains
       call check_run(slice, run, errors)
    end subroutine read_run
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices.
    subroutine check_run(slice, run, errors)
       type(group_slice_t), intent(in) :: slice
       type(run_t), intent(inout) :: run

@@ -1,12 +1,13 @@
 !> The group &stage: some equal load increments, each a time of motion and a time of rest.
 module stage_group_m
    use kinds_m, only: wp
-   use constants_m, only: unset
+   use constants_m, only: unset, is_set
    use errors_m, only: error_list_t
+   use text_m, only: exact_text
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_count, a_name, a_number, an_option, name_length, option_length, &
                               namelist_text, require_clean_read, check_range, check_least, check_choice, &
-                              check_given
+                              check_given, check_needed, check_idle
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
@@ -64,7 +65,7 @@ contains
       call check_stage(slice, stage, errors)
    end subroutine read_stage
 
-   !> Ranges and choices; combinations of variables and of groups are checked with the whole deck.
+   !> Ranges and choices, and a rest that can end.
    subroutine check_stage(slice, stage, errors)
       type(group_slice_t), intent(in) :: slice
       type(stage_t), intent(inout) :: stage
@@ -77,6 +78,14 @@ contains
       call check_range(errors, slice, 'equilibrium', stage%equilibrium, above=0.0_wp, below=1.0_wp)
       call check_range(errors, slice, 'max_rest_time', stage%max_rest_time, above=0.0_wp)
       call check_choice(errors, slice, 'profile', stage%profile, profiles)
+      if (is_set(stage%equilibrium)) then
+         call check_needed(errors, slice, 'max_rest_time', stage%max_rest_time, 'equilibrium (or the rest might never end)')
+         if (is_set(stage%max_rest_time) .and. stage%rest_time > stage%max_rest_time) then
+            call errors%add(slice%place('rest_time')//': must be at most max_rest_time ('//exact_text(stage%max_rest_time)//')')
+         end if
+      else
+         call check_idle(errors, slice, 'max_rest_time', stage%max_rest_time, 'equilibrium')
+      end if
    end subroutine check_stage
 
    !> Write the effective group, every variable.

@@ -1,0 +1,255 @@
+!> Combinations: what no single variable can tell is wrong. Everything is reported in one go, before anything is set up.
+module deck_check_m
+   use kinds_m, only: wp
+   use constants_m, only: is_set
+   use errors_m, only: error_list_t
+   use text_m, only: exact_text, nearest_word, quoted, to_text
+   use deck_variable_m, only: name_length
+   use boundary_group_m, only: boundary_t, prescribable, prescribed, check_clash, every_stage
+   use joint_group_m, only: joint_t
+   use deck_m, only: deck_t, deck_path
+   implicit none
+   private
+
+   public :: check_deck, find_warnings
+
+contains
+
+   !> Check the combinations of a deck.
+   subroutine check_deck(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+
+      ! A deck that could not be opened has been reported, and has nothing to check.
+      if (.not. allocated(deck%stage)) return
+      call check_present(deck, errors)
+      call check_mesh_file(deck, errors)
+      call check_repeated_names(deck, errors)
+      call check_stage_names(deck, errors)
+      do i = 1, size(deck%boundary)
+         call check_boundary(deck, i, errors)
+      end do
+   end subroutine check_deck
+
+   !> Groups without which there is nothing to run.
+   subroutine check_present(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+
+      if (deck%run%line == 0) call errors%add(deck%path//': &run is missing: it names the mesh')
+      if (size(deck%material) == 0) call errors%add(deck%path//': &material is missing: at least one is needed')
+      if (size(deck%stage) == 0) call errors%add(deck%path//': &stage is missing: at least one is needed')
+   end subroutine check_present
+
+   !> The mesh file must be there.
+   subroutine check_mesh_file(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      logical :: exists
+
+      if (deck%run%mesh == '') return
+      inquire (file=deck_path(deck, deck%run%mesh), exist=exists)
+      if (.not. exists) then
+         call errors%add(at(deck, deck%run%line, 'run')//'mesh = '//quoted(deck%run%mesh)//': there is no file '// &
+                         deck_path(deck, deck%run%mesh)//'; must be a mesh file, its path relative to the deck')
+      end if
+   end subroutine check_mesh_file
+
+   !> Materials, joints and initial velocities have one group of the mesh each; stages differ in name.
+   subroutine check_repeated_names(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+
+      call check_distinct(deck, 'material', 'group', deck%material%group, deck%material%line, errors)
+      call check_distinct(deck, 'joint', 'group', deck%joint%group, deck%joint%line, errors)
+      call check_distinct(deck, 'initial', 'group', deck%initial%group, deck%initial%line, errors)
+      call check_distinct(deck, 'stage', 'name', deck%stage%name, deck%stage%line, errors)
+   end subroutine check_repeated_names
+
+   !> No two groups of a kind may have the same name.
+   subroutine check_distinct(deck, group, variable, name, line, errors)
+      type(deck_t), intent(in) :: deck
+      !> Group and variable, for the message
+      character(len=*), intent(in) :: group, variable
+      !> Name given in each group, and line of each group
+      character(len=*), intent(in) :: name(:)
+      integer, intent(in) :: line(:)
+      type(error_list_t), intent(inout) :: errors
+      integer :: i, first
+
+      do i = 2, size(name)
+         if (name(i) == '') cycle
+         do first = 1, i - 1
+            if (name(first) == name(i)) exit
+         end do
+         if (first < i) then
+            call errors%add(at(deck, line(i), group)//variable//' = '//quoted(name(i))// &
+                            ': already has a &'//group//', in line '//to_text(line(first))//'; give it once')
+         end if
+      end do
+   end subroutine check_distinct
+
+   !> A boundary acts in a known stage, and agrees with the boundaries before it.
+   subroutine check_boundary(deck, n, errors)
+      type(deck_t), intent(in) :: deck
+      !> Boundary to check
+      integer, intent(in) :: n
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: place
+      integer :: i
+
+      place = at(deck, deck%boundary(n)%line, 'boundary')
+      call check_boundary_stage(deck, deck%boundary(n), errors)
+      do i = 1, n - 1
+         associate (mine => deck%boundary(n), other => deck%boundary(i))
+            if (other%group /= mine%group .or. mine%group == '' .or. .not. overlap(other%stage, mine%stage)) cycle
+            call check_clash(place, prescribed(mine), prescribed(other), &
+                             ' (line '//to_text(other%line)//', same group and stage)', errors)
+            call check_repeated(place, prescribed(mine), prescribed(other), other%line, errors)
+         end associate
+      end do
+   end subroutine check_boundary
+
+   !> Can two boundaries act at once?
+   pure logical function overlap(a, b)
+      !> Stages of the boundaries
+      character(len=*), intent(in) :: a, b
+
+      overlap = a == b .or. a == every_stage .or. b == every_stage
+   end function overlap
+
+   !> The stage of a boundary is 'all' or one of the deck's.
+   subroutine check_boundary_stage(deck, boundary, errors)
+      type(deck_t), intent(in) :: deck
+      type(boundary_t), intent(in) :: boundary
+      type(error_list_t), intent(inout) :: errors
+      character(len=name_length), allocatable :: names(:)
+      character(len=:), allocatable :: nearest
+
+      allocate (names(size(deck%stage) + 1))
+      names(1) = every_stage
+      names(2:) = deck%stage%name
+      if (boundary%stage == '' .or. any(names == boundary%stage)) return
+      nearest = nearest_word(boundary%stage, names)
+      if (nearest /= '') nearest = '; did you mean '//quoted(nearest)//'?'
+      call errors%add(at(deck, boundary%line, 'boundary')//'stage = '//quoted(boundary%stage)// &
+                      ': there is no such stage; must be one of '//list(names)//nearest)
+   end subroutine check_boundary_stage
+
+   !> The same variable may not be prescribed twice.
+   subroutine check_repeated(place, mine, others, line, errors)
+      !> Start of the message
+      character(len=*), intent(in) :: place
+      logical, intent(in) :: mine(:), others(:)
+      !> Line of the other boundary
+      integer, intent(in) :: line
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+
+      do i = 1, size(mine)
+         if (mine(i) .and. others(i)) then
+            call errors%add(place//trim(prescribable(i))//': already prescribed in line '//to_text(line)// &
+                            ' for the same group and stage; give it once')
+         end if
+      end do
+   end subroutine check_repeated
+
+   !> A stage may not have the name that stands for every stage.
+   subroutine check_stage_names(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+
+      do i = 1, size(deck%stage)
+         if (deck%stage(i)%name /= every_stage) cycle
+         call errors%add(at(deck, deck%stage(i)%line, 'stage')//'name = '//quoted(every_stage)// &
+                         ': stands for every stage; must be another name')
+      end do
+   end subroutine check_stage_names
+
+   !> What is valid, but seldom meant.
+   subroutine find_warnings(deck, warnings)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: warnings
+      integer :: i
+
+      do i = 1, size(deck%material)
+         call warn_of_material(deck, i, warnings)
+      end do
+      do i = 1, size(deck%joint)
+         call warn_of_joint(deck, deck%joint(i), warnings)
+      end do
+   end subroutine find_warnings
+
+   !> Units are the usual slip: g/cm3 for kg/m3, GPa for Pa.
+   subroutine warn_of_material(deck, n, warnings)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: n
+      type(error_list_t), intent(inout) :: warnings
+      !> Lightest rock [kg/m3] and softest rock or soil [Pa] that is not surprising
+      real(wp), parameter :: light = 500.0_wp, soft = 1.0e5_wp
+      character(len=:), allocatable :: place
+
+      associate (material => deck%material(n))
+         place = at(deck, material%line, 'material')
+         if (material%density < light) then
+            call warnings%add(place//'density = '//exact_text(material%density)//': is it in kg/m3?')
+         end if
+         if (material%young < soft) call warnings%add(place//'young = '//exact_text(material%young)//': is it in Pa?')
+         if (material%poisson < 0) then
+            call warnings%add(place//'poisson = '//exact_text(material%poisson)//': rock swells across when it is squeezed')
+         end if
+      end associate
+   end subroutine warn_of_material
+
+   !> Parameters outside what the law was fitted to, or of another law than the one chosen.
+   subroutine warn_of_joint(deck, joint, warnings)
+      type(deck_t), intent(in) :: deck
+      type(joint_t), intent(in) :: joint
+      type(error_list_t), intent(inout) :: warnings
+      !> Roughest standard profile
+      real(wp), parameter :: roughest_profile = 20.0_wp
+      character(len=:), allocatable :: place
+
+      place = at(deck, joint%line, 'joint')
+      if (joint%jrc0 > roughest_profile) then
+         call warnings%add(place//'jrc0 = '//exact_text(joint%jrc0)//': standard profiles end at 20')
+      end if
+      if (is_set(joint%sigma_c_mpa) .and. joint%jcs0_mpa > joint%sigma_c_mpa) then
+         call warnings%add(place//'jcs0_mpa = '//exact_text(joint%jcs0_mpa)//': walls stronger than the rock (sigma_c_mpa = '// &
+                           exact_text(joint%sigma_c_mpa)//')')
+      end if
+      if (joint%law == 'coulomb') then
+         if (any(is_set([joint%jrc0, joint%jcs0_mpa, joint%sigma_c_mpa, joint%l0, joint%phi_r]))) then
+            call warnings%add(place//"law = 'coulomb': the parameters of the JCM have no effect")
+         end if
+      else if (any(is_set([joint%friction_angle, joint%kn_mpa_mm, joint%ks_mpa_mm])) .or. joint%cohesion > 0) then
+         call warnings%add(place//'law = '//quoted(joint%law)//': friction_angle, cohesion, kn_mpa_mm and ks_mpa_mm '// &
+                           'have no effect')
+      end if
+   end subroutine warn_of_joint
+
+   !> 'input.nml:12: &joint '
+   pure function at(deck, line, group)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: line
+      character(len=*), intent(in) :: group
+      character(len=:), allocatable :: at
+
+      at = deck%path//':'//to_text(line)//': &'//group//' '
+   end function at
+
+   !> Names in a row.
+   pure function list(names)
+      character(len=*), intent(in) :: names(:)
+      character(len=:), allocatable :: list
+      integer :: i
+
+      list = trim(names(1))
+      do i = 2, size(names)
+         list = list//', '//trim(names(i))
+      end do
+   end function list
+
+end module deck_check_m
