@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.fast
+pytestmark = pytest.mark.tools
 
 TESTS = Path(__file__).resolve().parent
 DRIVER = TESTS / "pf_driver.py"

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# Install what is missing, build, run a deck and draw its figure. See manual/installing.md.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+default_deck=$here/input/direct_shear/shear_6cm.nml
+
+usage() {
+  cat <<'TEXT'
+usage: ./run.sh [DECK.nml] [--help]
+
+Installs missing Debian packages, builds the program (build/femdem), then for the deck
+  1. makes its mesh, when there is a make_mesh.py beside the deck and the mesh is missing or older than that script
+  2. runs it; the results go to results/<scene>/<deck>/ where <scene> is the name of the deck's folder
+  3. draws its figure and prints a table of errors, with postproc/<scene>.py or else postproc/history.py
+
+Without a deck it runs the direct shear test of the paper, input/direct_shear/shear_6cm.nml.
+Environment: PYTHON names the Python to use.
+TEXT
+}
+
+deck=$default_deck
+case ${1:-} in
+  --help | -h) usage; exit 0 ;;
+  -*) usage >&2; printf "error: unknown option '%s'\n" "$1" >&2; exit 2 ;;
+  ?*) deck=$1 ;;
+esac
+(($# <= 1)) || { usage >&2; printf 'error: one deck at a time\n' >&2; exit 2; }
+[[ -f $deck ]] || { printf "error: there is no deck '%s'\n" "$deck" >&2; exit 2; }
+
+deck=$(realpath "$deck")
+folder=$(dirname "$deck")
+scene=$(basename "$folder")
+cd "$here"
+source tools/setup.sh
+results=$here/results/$scene/$(basename "$deck" .nml)
+
+install_packages "${build_packages[@]}" "${run_packages[@]}"
+choose_python
+say "Building the program (the first time takes a minute or two)"
+build_preset release "$release_directory" || exit 1
+
+# The mesh file a deck names: mesh = 'file.msh' in its &run group.
+mesh=$(sed -nE "s/^[^!]*\bmesh *= *['\"]([^'\"]+)['\"].*/\1/Ip" "$deck" | head -n 1)
+if [[ -f $folder/make_mesh.py && -n $mesh && ! $folder/$mesh -nt $folder/make_mesh.py ]]; then
+  say "Making the mesh $folder/$mesh"
+  (cd "$folder" && "$PYTHON" make_mesh.py)
+fi
+
+say "Running $deck"
+"$release_directory/femdem" --output "$results" "$deck"
+
+figure_script=postproc/$scene.py
+[[ -f $figure_script ]] || figure_script=postproc/history.py
+figure=$results/$scene.png
+"$PYTHON" "$figure_script" "$results" --output "$figure"
+
+say "Results: $results"
+say "Figure:  $figure"
+if [[ -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]] && command -v xdg-open >/dev/null; then
+  (xdg-open "$figure" >/dev/null 2>&1 &)
+fi

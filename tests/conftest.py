@@ -1,0 +1,36 @@
+"""Options and fixtures of the Python tests."""
+
+from pathlib import Path
+
+import pytest
+
+TOP = Path(__file__).resolve().parent.parent
+
+
+def pytest_addoption(parser):
+    parser.addoption("--build", default="build", help="build directory to test (default: build)")
+    parser.addoption("--long", action="store_true", help="also run the tests marked long")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out the long tests unless they are asked for."""
+    if config.getoption("--long"):
+        return
+    long = [item for item in items if item.get_closest_marker("long")]
+    if long:
+        config.hook.pytest_deselected(items=long)
+        items[:] = [item for item in items if item not in long]
+
+
+@pytest.fixture(scope="session")
+def build_directory(pytestconfig):
+    """The build under test."""
+    return (TOP / pytestconfig.getoption("--build")).resolve()
+
+
+@pytest.fixture(scope="session")
+def femdem(build_directory):
+    """Path of the program under test."""
+    program = build_directory / "femdem"
+    assert program.is_file(), f"{program} is not built"
+    return program

@@ -1,0 +1,323 @@
+#!/usr/bin/env python3
+"""Check the project's style rules on every file git knows, and print `N passed, N failed` (checks, not files).
+
+    style.py [--tools DIRECTORY]
+
+DIRECTORY holds fprettify and ruff. Without it those checks are skipped, or fail where CI=true.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+TOP = Path(__file__).resolve().parent.parent
+MAX_COLUMNS = 120
+MAX_ASSERTION_COLUMNS = 132  # an assertion of a .pf file cannot be continued
+MAX_ROUTINE_LINES = 120
+MAX_FILE_KIB = 1024
+# A layer may use its own modules and those of a lower number.
+LAYER_HEIGHT = {
+    "base": 0,
+    "deck": 1,
+    "mesh": 1,
+    "topology": 2,
+    "solid": 2,
+    "joint": 2,
+    "contact": 2,
+    "loads": 2,
+    "solve": 3,
+    "output": 3,
+}
+TEXT_SUFFIXES = ".f90 .pf .py .sh .cmake .md .toml .txt .json .nml .geo .cff .yml .csv".split()  # noqa: SIM905
+CODE_SUFFIXES = [".f90", ".pf", ".py", ".sh"]
+
+MODULE = re.compile(r"^\s*module\s+(\w+)\s*$", re.IGNORECASE | re.MULTILINE)
+USE = re.compile(
+    r"^\s*use\s*(?:,\s*(?:non_)?intrinsic\s*)?(?:::)?\s*(\w+)(.*)$", re.IGNORECASE | re.MULTILINE
+)
+STOP = re.compile(r"^\s*(?:if\s*\(.*\)\s*)?(error\s+stop|stop)\b", re.IGNORECASE)
+ROUTINE = re.compile(r"^\s*(?:(?!end\b)[\w()=, *]+\s)?(subroutine|function)\s+(\w+)", re.IGNORECASE)
+ROUTINE_END = re.compile(r"^\s*end\s*(subroutine|function)\b", re.IGNORECASE)
+LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
+
+
+def known_files():
+    """Files git tracks or would track, that exist."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(command, cwd=TOP, capture_output=True, text=True, check=True).stdout
+    return sorted(TOP / name for name in set(listed.split("\0")) if name and (TOP / name).is_file())
+
+
+FILES = known_files()
+
+
+def with_suffix(*suffixes):
+    return [path for path in FILES if path.suffix in suffixes]
+
+
+def is_text(path):
+    return path.suffix in TEXT_SUFFIXES or path.name in ("CMakeLists.txt", "run", "LICENSE")
+
+
+def name_of(path):
+    return str(path.relative_to(TOP))
+
+
+def read(path):
+    return path.read_text(encoding="utf-8")
+
+
+def lines_of(path):
+    return list(enumerate(read(path).splitlines(), start=1))
+
+
+def statement(line):
+    """A Fortran line without its comment and without what stands in quotes."""
+    return re.sub(r"'[^']*'|\"[^\"]*\"", "''", line).split("!")[0]
+
+
+def run_tool(command):
+    """Output of a tool that complains on its standard output."""
+    done = subprocess.run([str(word) for word in command], cwd=TOP, capture_output=True, text=True)
+    complaints = done.stdout.splitlines()
+    if done.returncode and not complaints:
+        complaints = done.stderr.splitlines() or [f"{command[0]} ended with status {done.returncode}"]
+    return complaints
+
+
+# ----------------------------------------------------------------------------------------------- checks with tools
+
+
+def check_fortran_formatting(tools):
+    return run_tool([tools / "fprettify", "-c", ".fprettify.rc", "-d", *with_suffix(".f90", ".pf")])
+
+
+def check_python_lint(tools):
+    return run_tool([tools / "ruff", "check", "-q", "--output-format", "concise", *with_suffix(".py")])
+
+
+def check_python_formatting(tools):
+    return run_tool([tools / "ruff", "format", "-q", "--diff", *with_suffix(".py")])
+
+
+# --------------------------------------------------------------------------------------------- checks without tools
+
+
+def check_spelling():
+    if not shutil.which("codespell"):
+        return ["codespell is missing"]
+    return run_tool(["codespell", *(path for path in FILES if is_text(path))])
+
+
+def check_shell_scripts():
+    scripts = [p for p in FILES if p.suffix == ".sh" or (p.parent.name == ".ci" and p.name == "run")]
+    complaints = []
+    for script in scripts:
+        done = subprocess.run(["bash", "-n", script], capture_output=True, text=True)
+        complaints += done.stderr.splitlines()
+    if shutil.which("shellcheck"):
+        complaints += run_tool(["shellcheck", "-x", "-f", "gcc", *scripts])
+    return complaints
+
+
+def check_blanks():
+    """No tabs, no trailing blanks, one line end at the end of the file."""
+    complaints = []
+    for path in filter(is_text, FILES):
+        for number, line in lines_of(path):
+            if "\t" in line:
+                complaints.append(f"{name_of(path)}:{number}: tab")
+            if line != line.rstrip():
+                complaints.append(f"{name_of(path)}:{number}: blanks at the end of the line")
+        text = read(path)
+        if text and (not text.endswith("\n") or text.endswith("\n\n")):
+            complaints.append(f"{name_of(path)}: must end with one line end")
+    return complaints
+
+
+def check_line_length():
+    complaints = []
+    for path in FILES:
+        if path.suffix not in CODE_SUFFIXES:
+            continue
+        for number, line in lines_of(path):
+            limit = MAX_ASSERTION_COLUMNS if line.lstrip().startswith("@") else MAX_COLUMNS
+            if len(line) > limit:
+                complaints.append(f"{name_of(path)}:{number}: {len(line)} columns, at most {limit}")
+    return complaints
+
+
+def check_modules():
+    """One module a file, named as the file, with implicit none and private."""
+    complaints = []
+    for path in with_suffix(".f90"):
+        text = read(path)
+        modules = MODULE.findall(text)
+        if "modules" in path.relative_to(TOP).parts and len(modules) != 1:
+            complaints.append(f"{name_of(path)}: {len(modules)} modules, must be one")
+        for module in modules:
+            if module != path.stem:
+                complaints.append(f"{name_of(path)}: module {module} must be named as its file")
+            for word in ("implicit none", "private"):
+                if not re.search(rf"^   {word}\s*$", text, re.MULTILINE):
+                    complaints.append(f"{name_of(path)}: no '{word}'")
+        if not modules and not re.search(r"^\s*implicit none\s*$", text, re.MULTILINE):
+            complaints.append(f"{name_of(path)}: no 'implicit none'")
+    return complaints
+
+
+def check_use_only():
+    complaints = []
+    for path in with_suffix(".f90", ".pf"):
+        for number, line in lines_of(path):
+            use = USE.match(line)
+            if (
+                use
+                and use.group(1).lower() != "funit"
+                and not re.match(r"\s*,\s*only\s*:", use.group(2), re.I)
+            ):
+                complaints.append(f"{name_of(path)}:{number}: use {use.group(1)} without only")
+    return complaints
+
+
+def check_stops():
+    """Only the programs in src and the benchmarks may stop."""
+    complaints = []
+    for path in with_suffix(".f90", ".pf"):
+        folders = path.relative_to(TOP).parts[:-1]
+        if folders[:1] == ("src",) or folders[:2] == ("tests", "bench"):
+            continue
+        for number, line in lines_of(path):
+            if STOP.match(statement(line)):
+                complaints.append(f"{name_of(path)}:{number}: {line.strip()}")
+    return complaints
+
+
+def check_layers():
+    """A module uses nothing from a layer above its own."""
+    modules = [path for path in with_suffix(".f90") if path.relative_to(TOP).parts[0] == "modules"]
+    layer_of = {path.stem.lower(): path.parent.name for path in modules}
+    complaints = []
+    for path in modules:
+        layer = path.parent.name
+        if layer not in LAYER_HEIGHT:
+            complaints.append(f"{name_of(path)}: unknown layer {layer}; known: {', '.join(LAYER_HEIGHT)}")
+            continue
+        for used, _ in USE.findall(read(path)):
+            used_layer = layer_of.get(used.lower(), "base")
+            if LAYER_HEIGHT.get(used_layer, 0) > LAYER_HEIGHT[layer]:
+                complaints.append(f"{name_of(path)}: layer {layer} must not use {used} of layer {used_layer}")
+    return complaints
+
+
+def check_routine_length():
+    complaints = []
+    for path in with_suffix(".f90", ".pf"):
+        open_routines = []
+        for number, line in lines_of(path):
+            bare = statement(line)
+            if ROUTINE_END.match(bare):
+                if open_routines:
+                    name, start = open_routines.pop()
+                    length = number - start + 1
+                    if length > MAX_ROUTINE_LINES:
+                        complaints.append(
+                            f"{name_of(path)}:{start}: {name} has {length} lines, at most {MAX_ROUTINE_LINES}"
+                        )
+            elif routine := ROUTINE.match(bare):
+                open_routines.append((routine.group(2), number))
+    return complaints
+
+
+def check_sources_listed():
+    """Every module and unit test stands in the CMakeLists.txt beside it, and nothing else does."""
+    complaints = []
+    for lists in (path for path in FILES if path.name == "CMakeLists.txt"):
+        folder, text = lists.parent, read(lists)
+        listed = set(re.findall(r"^\s*(\w+\.f90)\s*\)?\s*$", text, re.MULTILINE))
+        listed |= {f"{name}.pf" for name in re.findall(r"^femdem_unit_test\((\w+)\)", text, re.MULTILINE)}
+        if folder.parent.name == "modules" or name_of(folder) == "tests/unit":
+            present = {
+                path.name for path in FILES if path.parent == folder and path.suffix in (".f90", ".pf")
+            }
+            complaints += [f"{name_of(lists)}: {name} is not listed" for name in sorted(present - listed)]
+            complaints += [
+                f"{name_of(lists)}: {name} is listed but missing" for name in sorted(listed - present)
+            ]
+    return complaints
+
+
+def check_links():
+    """Relative links of the Markdown pages lead to files."""
+    complaints = []
+    for path in with_suffix(".md"):
+        for target in LINK.findall(read(path)):
+            if (
+                "://" not in target
+                and not target.startswith("mailto:")
+                and not (path.parent / target).exists()
+            ):
+                complaints.append(f"{name_of(path)}: link to {target}, which does not exist")
+    return complaints
+
+
+def check_file_sizes():
+    """Results and meshes are made, not kept."""
+    sizes = ((path, path.stat().st_size // 1024) for path in FILES)
+    return [
+        f"{name_of(path)}: {size} KiB, at most {MAX_FILE_KIB}" for path, size in sizes if size > MAX_FILE_KIB
+    ]
+
+
+TOOL_CHECKS = [check_fortran_formatting, check_python_lint, check_python_formatting]
+CHECKS = [
+    check_spelling,
+    check_shell_scripts,
+    check_blanks,
+    check_line_length,
+    check_modules,
+    check_use_only,
+    check_stops,
+    check_layers,
+    check_routine_length,
+    check_sources_listed,
+    check_links,
+    check_file_sizes,
+]
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--tools", type=Path, help="directory with fprettify and ruff")
+    tools = parser.parse_args().tools
+    results = {}
+    for check in TOOL_CHECKS:
+        if tools:
+            results[check] = check(tools.resolve())
+        elif os.environ.get("CI") == "true":
+            results[check] = ["the tool could not be installed"]
+        else:
+            print(f"skipped: {title(check)} (the tool could not be installed)")
+    for check in CHECKS:
+        results[check] = check()
+    for check, complaints in results.items():
+        if complaints:
+            print(f"FAILED: {title(check)}")
+            print("\n".join(f"  {line}" for line in complaints))
+    failed = sum(bool(complaints) for complaints in results.values())
+    print(f"{len(results) - failed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+def title(check):
+    return check.__name__.removeprefix("check_").replace("_", " ")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
