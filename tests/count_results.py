@@ -3,7 +3,8 @@
 
     count_results.py [--show] REPORT
 
-With --show the output of what failed comes first. A unit-test program holds many tests and is one test case to ctest: its own closing line is what counts.
+With --show the output of what failed comes first. A unit-test program holds many tests and is one test case to
+ctest: its own closing line is what counts.
 """
 
 import re

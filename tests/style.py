@@ -154,9 +154,15 @@ def check_line_length():
 def check_modules():
     """One module a file, named as the file, with implicit none and private."""
     complaints = []
+    where = {}
     for path in with_suffix(".f90"):
         text = read(path)
         modules = MODULE.findall(text)
+        for module in modules:
+            if where.setdefault(module.lower(), path) != path:
+                complaints.append(
+                    f"{name_of(path)}: module {module} is also in {name_of(where[module.lower()])}"
+                )
         if "modules" in path.relative_to(TOP).parts and len(modules) != 1:
             complaints.append(f"{name_of(path)}: {len(modules)} modules, must be one")
         for module in modules:
