@@ -74,9 +74,9 @@ contains
          'mean_shear_displacement_mm,largest_shear_displacement_mm,mean_aperture_mm,largest_aperture_mm'
       do i = 1, size(table%length)
          if (status /= 0) exit
-         write (unit, '(i0,3a,i0,5(",",es16.9e2))', iostat=status, iomsg=message) i, ',', group_name(group, table%group(i)), &
-            ',', table%joints(i), table%length(i), table%mean_shear(i), table%largest_shear(i), &
-            table%mean_aperture(i), table%largest_aperture(i)
+         write (unit, '(a)', iostat=status, iomsg=message) to_text(i)//','//group_name(group, table%group(i))//','// &
+            to_text(table%joints(i))//','//number(table%length(i))//','//number(table%mean_shear(i))//','// &
+            number(table%largest_shear(i))//','//number(table%mean_aperture(i))//','//number(table%largest_aperture(i))
       end do
       if (status == 0) close (unit, iostat=status, iomsg=message)
       if (status == 0) then
@@ -85,6 +85,16 @@ contains
       end if
       if (status /= 0) call errors%add(trim(path)//': cannot write the table of block edges: '//trim(message))
    end subroutine write_edges
+
+   !> A number with ten digits.
+   pure function number(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=20) :: buffer
+
+      write (buffer, '(es18.9e3)') value
+      text = trim(adjustl(buffer))
+   end function number
 
    !> Name of a group, or its number when it has none.
    pure function group_name(group, i) result(name)

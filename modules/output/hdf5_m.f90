@@ -3,7 +3,7 @@
 !> list of calls with one check at its end.
 module hdf5_m
    use, intrinsic :: iso_c_binding, only: c_bool, c_char, c_int, c_int64_t, c_loc, c_null_char, c_ptr, c_f_pointer, &
-                                          c_size_t, c_associated
+                                                                             c_size_t, c_associated
    use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5pcreate_f, &
                    h5pclose_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5screate_f, h5screate_simple_f, &
                    h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5dcreate_f, h5dopen_f, &
@@ -59,7 +59,7 @@ module hdf5_m
 
    interface
       !> Not in the Fortran interface of HDF5 1.10
-      integer(c_int) function c_set_file_locking(access, use_locks, ignore_when_disabled) bind(c, name='H5Pset_file_locking')
+ integer(c_int) function c_set_file_locking(access, use_locks, ignore_when_disabled) bind(c, name='H5Pset_file_locking')
          import :: c_int, c_bool, c_int64_t
          integer(c_int64_t), value :: access
          logical(c_bool), value :: use_locks, ignore_when_disabled
