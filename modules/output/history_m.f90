@@ -95,7 +95,7 @@ contains
       if (status /= 0) call errors%add(self%path//': cannot write the history: '//trim(message))
    end subroutine init
 
-   !> Go on with the file of an interrupted run: rows later than the restart time are dropped, also a last row cut short.
+   !> Go on with the file of an interrupted run. Rows later than the restart time are dropped, and a row cut short.
    subroutine resume(self, path, column, time, errors)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: path
