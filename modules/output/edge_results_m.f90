@@ -1,5 +1,5 @@
 !> edges.csv: one row a block edge (the chain of joint elements between two intersections, eqs of section 7).
-module edges_m
+module edge_results_m
    use errors_m, only: error_list_t
    use files_m, only: replace_file
    use kinds_m, only: wp
@@ -11,7 +11,7 @@ module edges_m
    public :: write_edges, edge_sums
 
    !> What the table says of each block edge
-   type, public :: edge_table_t
+   type, public :: edge_results_t
       !> Group of the edge's joints, and how many there are (edges)
       integer, allocatable :: group(:), joints(:)
       !> Length [m] (edges)
@@ -20,7 +20,7 @@ module edges_m
       real(wp), allocatable :: mean_shear(:), largest_shear(:)
       !> Mean weighted by length, and largest, aperture [mm] (edges)
       real(wp), allocatable :: mean_aperture(:), largest_aperture(:)
-   end type edge_table_t
+   end type edge_results_t
 
 contains
 
@@ -34,7 +34,7 @@ contains
       real(wp), intent(in) :: length(:)
       !> Shear displacement and aperture [mm] (joints)
       real(wp), intent(in) :: shear_mm(:), aperture_mm(:)
-      type(edge_table_t) :: table
+      type(edge_results_t) :: table
       integer :: edges, i, k
 
       edges = max(0, maxval(edge))
@@ -62,7 +62,7 @@ contains
    !> Write the table; a reader sees the old file or the new one, never half of one.
    subroutine write_edges(path, table, group, errors)
       character(len=*), intent(in) :: path
-      type(edge_table_t), intent(in) :: table
+      type(edge_results_t), intent(in) :: table
       !> Groups of the mesh
       type(group_t), intent(in) :: group(:)
       type(error_list_t), intent(inout) :: errors
@@ -107,4 +107,4 @@ contains
       if (name == '') name = to_text(i)
    end function group_name
 
-end module edges_m
+end module edge_results_m
