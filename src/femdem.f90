@@ -1,43 +1,114 @@
 !> JCM-FEMDEM: fractured rock in two dimensions, with its joints as they really behave.
 program femdem
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use errors_m, only: error_list_t, status_ok, status_bad_input
+   use errors_m, only: error_list_t, status_ok, status_failed, status_bad_input
    use exit_m, only: exit_with
-   use command_line_m, only: command_t, read_command_line, help_text
-   use deck_m, only: deck_t, read_deck
-   use deck_check_m, only: check_deck, find_warnings
+   use files_m, only: make_directory
+   use log_m, only: log_t, progress_t
+   use text_m, only: to_text
    use version_m, only: program_version, program_commit
+   use command_line_m, only: command_t, read_command_line, help_text
+   use deck_m, only: deck_t, read_deck, deck_path
+   use deck_check_m, only: check_deck, find_warnings
+   use mesh_m, only: mesh_t
+   use gmsh_m, only: read_gmsh
+   use mesh_check_m, only: check_mesh
+   use ordering_m, only: order_mesh
+   use scene_m, only: scene_t, check_groups, build_scene, begin_stage
+   use state_m, only: state_t
+   use plan_m, only: say_plan
+   use explicit_m, only: explicit_cycle, cycle_report_t, start_account
+   use results_m, only: results_t, place_t, results_directory, load_state
+   use story_m, only: say_start, say_stage, say_end, command_text
    implicit none
    type(command_t) :: command
    type(deck_t) :: deck
+   type(mesh_t) :: mesh
+   type(scene_t) :: scene
+   type(state_t) :: state
+   type(results_t) :: results
+   type(place_t) :: place, done
+   type(cycle_report_t) :: report
+   type(log_t) :: log
+   type(progress_t) :: progress
    type(error_list_t) :: errors, warnings
+   character(len=:), allocatable :: directory
+   integer :: stage, cycle, status
 
    call read_command_line(command, errors)
-   if (errors%any()) call stop_for_input(errors)
+   if (errors%any()) call stop_with(status_bad_input)
    if (command%help .or. command%version) then
       if (command%help) print '(a)', help_text(program_version)
       if (.not. command%help) print '(a)', 'femdem '//program_version//' ('//program_commit//')'
       call exit_with(status_ok)
    end if
+   log%quiet = command%quiet
 
+   ! Deck and mesh, checked together before anything else is done
    call read_deck(command%deck, deck, errors)
    call check_deck(deck, errors)
-   if (errors%any()) call stop_for_input(errors)
+   if (errors%any()) call stop_with(status_bad_input)
    call find_warnings(deck, warnings)
    call warnings%write(error_unit, 'warning: ')
+   call read_gmsh(deck_path(deck, deck%run%mesh), mesh, errors)
+   if (errors%any()) call stop_with(status_bad_input)
+   call check_mesh(mesh, errors)
+   call check_groups(deck, mesh, errors)
+   if (errors%any()) call stop_with(status_bad_input)
+
+   if (.not. command%check) then
+      directory = results_directory(deck, command%output)
+      call make_directory(directory, status)
+      if (status /= 0) call errors%add('the results directory '//directory//' cannot be made or written to')
+      if (errors%any()) call stop_with(status_bad_input)
+      call log%open(directory//'/run.log', status)
+   end if
+   call say_start(deck, log)
+   call order_mesh(mesh)
+   call build_scene(deck, mesh, log, scene, state, errors)
+   if (errors%any()) call stop_with(status_bad_input)
+   call say_plan(scene, mesh, log)
    if (command%check) then
-      if (.not. command%quiet) print '(a)', deck%path//': the input is good'
+      call log%say('the input is good')
       call exit_with(status_ok)
    end if
+   if (command%restart /= '') call load_state(command%restart, scene, state, done, errors)
+   if (errors%any()) call stop_with(status_bad_input)
+   call results%open(directory, scene, state, command_text(), command%restart /= '', errors)
+   if (errors%any()) call stop_with(status_bad_input)
+
+   ! The run: stages, each of equal load increments
+   call progress%start()
+   if (command%restart == '') call start_account(scene, state)
+   do stage = 1, size(deck%stage)
+      call begin_stage(scene, stage)
+      if (stage < done%stage) cycle
+      do cycle = 1, deck%stage(stage)%cycles
+         if (stage == done%stage .and. cycle <= done%cycle) cycle
+         call explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
+         if (errors%any()) call stop_with(status_failed)
+         place = place_t(stage, cycle)
+         call results%record(scene, state, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
+                             stage == size(deck%stage) .and. cycle == deck%stage(stage)%cycles, errors)
+         if (errors%any()) call stop_with(status_failed)
+      end do
+      call say_stage(scene, stage, state, report, log)
+   end do
+   call results%close()
+   call say_end(directory, state, progress, log)
+   call log%close()
 
 contains
 
-   !> The input is wrong: say everything that is, and end.
-   subroutine stop_for_input(errors)
-      type(error_list_t), intent(in) :: errors
+   !> Say every error and end with the given status; what has been written stays.
+   subroutine stop_with(status)
+      integer, intent(in) :: status
 
       call errors%write(error_unit)
-      call exit_with(status_bad_input)
-   end subroutine stop_for_input
+      if (log%file /= 0) call errors%write(log%file)
+      call results%close()
+      call log%close()
+      call exit_with(status)
+   end subroutine stop_with
 
 end program femdem

@@ -106,7 +106,8 @@ contains
             if (other%group /= mine%group .or. mine%group == '' .or. .not. overlap(other%stage, mine%stage)) cycle
             call check_clash(place, prescribed(mine), prescribed(other), &
                              ' (line '//to_text(other%line)//', same group and stage)', errors)
-            call check_repeated(place, prescribed(mine), prescribed(other), other%line, errors)
+            if (other%stage == mine%stage) &
+               call check_repeated(place, prescribed(mine), prescribed(other), other%line, errors)
          end associate
       end do
    end subroutine check_boundary

@@ -101,6 +101,8 @@ module jcm_m
    real(wp), parameter :: largest_stress = 1.0e9_wp, largest_slip = 1.0e9_wp, largest_ratio = 1.0e9_wp
    !> Floor of d tan(mobilised angle)/d(u/up) in the elastic stiffness, for a joint without friction
    real(wp), parameter :: least_slope = 1.0e-6_wp
+   !> Lengths that differ by no more than this share are the same
+   real(wp), parameter :: same_length = 1.0e-6_wp
    !> Largest angle a tangent is taken of [deg]
    real(wp), parameter :: steepest = 89.0_wp
 
@@ -142,7 +144,7 @@ contains
       jcs0 = between(weakest, parameters%jcs0, largest_stress)
       l0 = between(shortest, parameters%l0, longest)
       edge%ln = between(shortest, ln, longest)
-      edge%extrapolated = edge%ln < l0 .and. parameters%short_edges /= short_edges_l0
+      edge%extrapolated = edge%ln < l0*(1.0_wp - same_length) .and. parameters%short_edges /= short_edges_l0
       if (parameters%short_edges == short_edges_l0) edge%ln = max(edge%ln, l0)
       edge%jrcn = scaled_roughness(jrc0, edge%ln, l0)
       edge%jcsn = scaled_strength(jcs0, jrc0, edge%ln, l0)

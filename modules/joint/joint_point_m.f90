@@ -4,6 +4,11 @@ module joint_point_m
    implicit none
    private
 
+   public :: joint_values, joint_from_values
+
+   !> Numbers that make up a joint's state
+   integer, parameter, public :: joint_value_count = 17
+
    !> What one joint element remembers between steps
    type, public :: joint_point_t
       !> Shear displacement; largest |u| reached [mm]
@@ -36,5 +41,28 @@ module joint_point_m
       !> d dilation/du, d vn/d sn [-, mm/MPa]
       real(wp) :: dilation_u = 0.0_wp, vn_sn = 0.0_wp
    end type joint_tangent_t
+
+contains
+
+   !> The state as a list of numbers, for checkpoints.
+   pure function joint_values(point) result(value)
+      type(joint_point_t), intent(in) :: point
+      real(wp) :: value(joint_value_count)
+
+      value = [point%u, point%u_max, point%ratio, point%tau, point%sn, point%vn, point%dilation, point%v, point%mu_mob, &
+               point%dilation_slope, point%knn, point%ktt, point%dilation_max, point%path_peak, point%path_angle, &
+               point%step_u, point%step_ratio]
+   end function joint_values
+
+   !> The state from its list of numbers.
+   pure function joint_from_values(value) result(point)
+      real(wp), intent(in) :: value(joint_value_count)
+      type(joint_point_t) :: point
+
+      point = joint_point_t(u=value(1), u_max=value(2), ratio=value(3), tau=value(4), sn=value(5), vn=value(6), &
+                            dilation=value(7), v=value(8), mu_mob=value(9), dilation_slope=value(10), knn=value(11), &
+                            ktt=value(12), dilation_max=value(13), path_peak=value(14), path_angle=value(15), &
+                            step_u=value(16), step_ratio=value(17))
+   end function joint_from_values
 
 end module joint_point_m

@@ -15,7 +15,7 @@ module explicit_m
    implicit none
    private
 
-   public :: explicit_cycle, find_forces
+   public :: explicit_cycle, find_forces, start_account
 
    !> Steps between two looks at equilibrium, at the clock and for numbers that are no longer finite
    integer, parameter :: steps_between_looks = 100
@@ -32,6 +32,14 @@ module explicit_m
    end type cycle_report_t
 
 contains
+
+   !> Open the energy account with what the initial velocities bring.
+   subroutine start_account(scene, state)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
+
+      state%energy%initial = kinetic_energy(state%mass, state%v) + strain_energy(scene%solid, state%u)
+   end subroutine start_account
 
    !> One cycle of a stage: move, then rest. On failure errors says when, where and what.
    subroutine explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)

@@ -50,6 +50,8 @@ contains
          call wall_stiffness_bound(scene%walls, &
                                    scene%joints%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
       end if
+      ! Local damping adds its part of the force to it while that acts against the motion
+      bound = (1.0_wp + scene%local_damping)*bound
    end subroutine stiffness_bound
 
    !> The longest step with s dt^2 + 2 c dt <= 4 m at every node that can move [s].

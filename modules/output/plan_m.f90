@@ -1,0 +1,34 @@
+!> The scene plan: what this scene needs, what is skipped, and why; printed before the run.
+module plan_m
+   use text_m, only: to_text, quoted
+   use log_m, only: log_t
+   use scene_m, only: scene_t
+   use mesh_m, only: mesh_t
+   implicit none
+   private
+
+   public :: say_plan
+
+contains
+
+   !> Tell the log what the program found and what it will do.
+   subroutine say_plan(scene, mesh, log)
+      type(scene_t), intent(in) :: scene
+      !> The mesh as read
+      type(mesh_t), intent(in) :: mesh
+      type(log_t), intent(in) :: log
+
+      call log%say('mesh      '//to_text(size(mesh%x, 2))//' nodes, '//to_text(size(mesh%triangle, 2))// &
+                   ' triangles; after splitting '//to_text(size(scene%split%x, 2))//' nodes, '// &
+                   to_text(size(scene%split%joint, 2))//' joint elements on '// &
+                   to_text(size(scene%topology%edge_length))//' block edges')
+      call log%say('rock      triangles share their nodes: nothing can break, so no cohesive joint elements')
+      if (scene%has_walls) then
+         call log%say('walls     '//to_text(size(scene%walls%joint))//' joint elements in wall contact, followed along the '// &
+                      'walls: no search')
+      else
+         call log%say('walls     none in wall contact')
+      end if
+   end subroutine say_plan
+
+end module plan_m

@@ -1,0 +1,336 @@
+!> The results directory of a run: history.csv, fields.h5 with fields.xdmf, edges.csv, checkpoint.h5, deck.nml.
+module results_m
+   use kinds_m, only: wp, i8
+   use constants_m, only: megapascal
+   use errors_m, only: error_list_t
+   use files_m, only: read_text
+   use deck_m, only: deck_t, write_deck
+   use scene_m, only: scene_t
+   use state_m, only: state_t
+   use joint_point_m, only: joint_values, joint_from_values, joint_value_count
+   use solid_m, only: solid_stress
+   use history_m, only: history_t
+   use fields_m, only: fields_t
+   use field_list_m, only: field_list_t, on_nodes, on_joints
+   use edge_results_m, only: edge_sums, write_edges
+   use provenance_m, only: provenance_t, provenance_of
+   use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash
+   implicit none
+   private
+
+   integer, parameter :: name_length = 96
+   !> Columns of the history before those of the joint groups, and for each joint group
+   character(len=*), parameter :: run_columns(*) = [character(len=name_length) :: 'time_s', 'step', 'stage', 'cycle', &
+                                                    'kinetic_J', 'strain_J', 'contact_J', 'friction_J', 'damping_J', &
+                                                    'external_J', 'residual_J', 'unbalanced_ratio']
+   character(len=*), parameter :: joint_columns(*) = [character(len=name_length) :: 'shear_displacement_mm', &
+                                                      'shear_stress_MPa', 'normal_stress_MPa', 'dilation_mm', 'closure_mm', &
+                                                      'aperture_mm']
+
+   !> Where a run stands, as saved in its checkpoint
+   type, public :: place_t
+      !> Stage and cycle that have been completed (0: none yet)
+      integer :: stage = 0, cycle = 0
+   end type place_t
+
+   !> The open results of a run
+   type, public :: results_t
+      private
+      character(len=:), allocatable :: directory
+      type(history_t) :: history
+      type(fields_t) :: fields
+      type(fingerprint_t) :: fingerprint
+      !> Time of the last checkpoint (clock counts)
+      integer(i8) :: last_checkpoint = 0_i8
+   contains
+      procedure :: open => open_results
+      procedure :: record
+      procedure :: close => close_results
+   end type results_t
+
+   public :: results_directory, load_state
+
+contains
+
+   !> Directory of the results: as asked for on the command line, else the deck's, relative to the deck.
+   pure function results_directory(deck, asked) result(directory)
+      type(deck_t), intent(in) :: deck
+      !> From the command line; empty when not given
+      character(len=*), intent(in) :: asked
+      character(len=:), allocatable :: directory
+
+      if (asked /= '') then
+         directory = trim(asked)
+      else if (deck%output%directory(1:1) == '/') then
+         directory = trim(deck%output%directory)
+      else
+         directory = deck%directory//trim(deck%output%directory)
+      end if
+   end function results_directory
+
+   !> Create the directory and its files; with a restart, go on with those that are there.
+   subroutine open_results(self, directory, scene, state, command, restarted, errors)
+      class(results_t), intent(inout) :: self
+      character(len=*), intent(in) :: directory
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      !> Command line of the run
+      character(len=*), intent(in) :: command
+      !> Does this run go on with an earlier one?
+      logical, intent(in) :: restarted
+      type(error_list_t), intent(inout) :: errors
+      character(len=name_length), allocatable :: column(:)
+      type(field_list_t) :: constant
+      character(len=:), allocatable :: deck_text
+      type(provenance_t) :: provenance
+
+      self%directory = directory//'/'
+      call effective_deck(self%directory//'deck.nml', scene%deck, deck_text, errors)
+      if (errors%any()) return
+      self%fingerprint = fingerprint_of(scene)
+      column = columns(scene)
+      call joint_constants(scene, constant)
+      provenance = provenance_of(command, deck_text)
+      associate (edge => scene%topology%edge_of_joint)
+         if (restarted) then
+            call self%history%resume(self%directory//'history.csv', column, state%time, errors)
+            call self%fields%resume(directory, scene%split, edge, constant, provenance, state%time, errors)
+         else
+            call self%history%init(self%directory//'history.csv', column, errors)
+            call self%fields%init(directory, scene%split, edge, constant, provenance, errors)
+         end if
+      end associate
+      call system_clock(self%last_checkpoint)
+   end subroutine open_results
+
+   !> Write the complete deck, defaults and all, and give its text.
+   subroutine effective_deck(path, deck, text, errors)
+      character(len=*), intent(in) :: path
+      type(deck_t), intent(in) :: deck
+      character(len=:), allocatable, intent(out) :: text
+      type(error_list_t), intent(inout) :: errors
+      character(len=256) :: message
+      integer :: unit, status
+
+      text = ''
+      open (newunit=unit, file=path, action='write', status='replace', iostat=status, iomsg=message)
+      if (status /= 0) then
+         call errors%add(path//' cannot be written: '//trim(message))
+         return
+      end if
+      call write_deck(deck, unit)
+      close (unit)
+      call read_text(path, text, status)
+   end subroutine effective_deck
+
+   !> Mesh sizes and deck that a checkpoint must agree with.
+   pure function fingerprint_of(scene) result(fingerprint)
+      type(scene_t), intent(in) :: scene
+      type(fingerprint_t) :: fingerprint
+
+      fingerprint%nodes = size(scene%split%x, 2)
+      fingerprint%triangles = size(scene%split%triangle, 2)
+      fingerprint%joints = size(scene%split%joint, 2)
+      fingerprint%deck = text_hash(trim(scene%deck%run%mesh))
+   end function fingerprint_of
+
+   !> Names of the history's columns.
+   pure function columns(scene) result(column)
+      type(scene_t), intent(in) :: scene
+      character(len=name_length), allocatable :: column(:)
+      integer :: g, k
+
+      allocate (column(size(run_columns) + size(scene%deck%joint)*size(joint_columns)))
+      column(:size(run_columns)) = run_columns
+      do g = 1, size(scene%deck%joint)
+         do k = 1, size(joint_columns)
+            column(size(run_columns) + (g - 1)*size(joint_columns) + k) = &
+               trim(scene%deck%joint(g)%group)//'.'//trim(joint_columns(k))
+         end do
+      end do
+   end function columns
+
+   !> What a finished cycle leaves behind, as often as the deck asks for it.
+   subroutine record(self, scene, state, place, unbalanced, stage_is_over, run_is_over, errors)
+      class(results_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      !> Stage and cycle just completed
+      type(place_t), intent(in) :: place
+      !> Unbalanced force ratio
+      real(wp), intent(in) :: unbalanced
+      logical, intent(in) :: stage_is_over, run_is_over
+      type(error_list_t), intent(inout) :: errors
+      integer(i8) :: now, rate
+      logical :: snapshot
+
+      associate (settings => scene%deck%output)
+         if (mod(place%cycle, settings%history_every) == 0 .or. stage_is_over) &
+            call self%history%write_row(row(scene, state, place, unbalanced), errors)
+         snapshot = stage_is_over
+         if (settings%fields_every > 0) snapshot = snapshot .or. mod(place%cycle, settings%fields_every) == 0
+         if (snapshot) then
+            call write_fields(self, scene, state, place, errors)
+            call write_edges(self%directory//'edges.csv', &
+                             edge_sums(scene%topology%edge_of_joint, scene%split%joint_group, scene%joints%length, &
+                                       state%joint%u, state%aperture), scene%split%group, errors)
+         end if
+         call system_clock(now, rate)
+         if (run_is_over .or. stage_is_over .or. &
+             real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)) then
+            call save_state(self%directory//'checkpoint.h5', self%fingerprint, scene, state, place, errors)
+            self%last_checkpoint = now
+         end if
+      end associate
+   end subroutine record
+
+   !> One row of the history: means over each joint group are weighted by length.
+   pure function row(scene, state, place, unbalanced)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: place
+      real(wp), intent(in) :: unbalanced
+      real(wp), allocatable :: row(:)
+      real(wp) :: weight(size(state%joint))
+      integer :: g, first
+
+      allocate (row(size(run_columns) + size(scene%deck%joint)*size(joint_columns)))
+      associate (energy => state%energy)
+         row(:size(run_columns)) = [state%time, real(state%step, wp), real(place%stage, wp), real(place%cycle, wp), &
+                                    energy%kinetic, energy%strain, energy%contact, energy%friction, energy%damping, &
+                                    energy%external, energy%residual(), unbalanced]
+      end associate
+      do g = 1, size(scene%deck%joint)
+         weight = merge(scene%joints%length, 0.0_wp, scene%joints%group == g)
+         if (sum(weight) > 0.0_wp) weight = weight/sum(weight)
+         first = size(run_columns) + (g - 1)*size(joint_columns)
+         associate (joint => state%joint)
+            row(first + 1:first + size(joint_columns)) = &
+               [dot_product(weight, joint%u), dot_product(weight, joint%tau), dot_product(weight, joint%sn), &
+                dot_product(weight, joint%dilation), dot_product(weight, joint%vn), dot_product(weight, state%aperture)]
+         end associate
+      end do
+   end function row
+
+   !> Properties of the joints that do not change: their law at the scale of their block edge.
+   subroutine joint_constants(scene, list)
+      type(scene_t), intent(in) :: scene
+      type(field_list_t), intent(out) :: list
+
+      if (size(scene%joints%law) == 0) return
+      associate (law => scene%joints%law%jcm)
+         call list%add('effective_length', 'm', 'length Ln of the block edge used in the scaling', on_joints, law%ln)
+         call list%add('jrcn', '-', 'joint roughness coefficient at the scale of the block edge (eq 8)', on_joints, law%jrcn)
+         call list%add('jcsn_MPa', 'MPa', 'joint wall strength at the scale of the block edge (eq 9)', on_joints, law%jcsn)
+      end associate
+   end subroutine joint_constants
+
+   !> One snapshot of all fields. A new field is one more line.
+   subroutine write_fields(self, scene, state, place, errors)
+      class(results_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: place
+      type(error_list_t), intent(inout) :: errors
+      type(field_list_t) :: list
+      real(wp), allocatable :: stress(:, :)
+      integer :: e
+
+      allocate (stress(3, size(scene%solid%area)))
+      do e = 1, size(stress, 2)
+         stress(:, e) = -solid_stress(scene%solid, e, state%u)
+      end do
+      call list%add('displacement', 'm', 'displacement', on_nodes, state%u)
+      call list%add('velocity', 'm/s', 'velocity', on_nodes, state%v)
+      call list%add_stress(stress)
+      associate (joint => state%joint)
+         call list%add('shear_displacement_mm', 'mm', 'shear displacement u (eq 30)', on_joints, joint%u)
+         call list%add('opening_mm', 'mm', 'opening w, negative when the walls overlap (eq 30)', on_joints, state%opening)
+         call list%add('aperture_mm', 'mm', 'aperture (eq 31)', on_joints, state%aperture)
+         call list%add('closure_mm', 'mm', 'closure by normal stress (eq 5b)', on_joints, joint%vn)
+         call list%add('dilation_mm', 'mm', 'dilation by shear (eq 18)', on_joints, joint%dilation)
+         call list%add('normal_stress_MPa', 'MPa', 'normal stress, compression positive', on_joints, joint%sn)
+         call list%add('shear_stress_MPa', 'MPa', 'shear stress, with the sign of the slip', on_joints, joint%tau)
+         call list%add('mobilised_friction', '-', 'mobilised friction coefficient (eq 33)', on_joints, joint%mu_mob)
+      end associate
+      call self%fields%write(state%time, state%step, scene%deck%stage(place%stage)%name, place%cycle, list, errors)
+   end subroutine write_fields
+
+   !> Save all that changes during a run.
+   subroutine save_state(path, fingerprint, scene, state, place, errors)
+      character(len=*), intent(in) :: path
+      type(fingerprint_t), intent(in) :: fingerprint
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: place
+      type(error_list_t), intent(inout) :: errors
+      type(checkpoint_t) :: file
+      real(wp), allocatable :: table(:, :)
+      integer :: j
+
+      call file%create(path, fingerprint)
+      call file%save('stage', place%stage)
+      call file%save('cycle', place%cycle)
+      call file%save('time', state%time)
+      call file%save('step', state%step)
+      call file%save('displacement', state%u)
+      call file%save('velocity', state%v)
+      call file%save('mass', state%mass)
+      call file%save('opening', state%opening)
+      call file%save('aperture', state%aperture)
+      call file%save('facing', scene%walls%facing)
+      associate (e => state%energy)
+         call file%save('energy', [e%kinetic, e%strain, e%contact, e%friction, e%damping, e%external, e%initial])
+      end associate
+      allocate (table(joint_value_count, size(state%joint)))
+      do j = 1, size(state%joint)
+         table(:, j) = joint_values(state%joint(j))
+      end do
+      call file%save('joints', table)
+      call file%close(errors)
+   end subroutine save_state
+
+   !> Take the state of a checkpoint.
+   subroutine load_state(path, scene, state, place, errors)
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      !> Stage and cycle that were completed
+      type(place_t), intent(out) :: place
+      type(error_list_t), intent(inout) :: errors
+      type(checkpoint_t) :: file
+      real(wp), allocatable :: energy(:), table(:, :)
+      integer :: j
+
+      call file%open(path, fingerprint_of(scene), errors)
+      if (errors%any()) return
+      call file%load('stage', place%stage, errors)
+      call file%load('cycle', place%cycle, errors)
+      call file%load('time', state%time, errors)
+      call file%load('step', state%step, errors)
+      call file%load('displacement', state%u, errors)
+      call file%load('velocity', state%v, errors)
+      call file%load('mass', state%mass, errors)
+      call file%load('opening', state%opening, errors)
+      call file%load('aperture', state%aperture, errors)
+      call file%load('facing', scene%walls%facing, errors)
+      call file%load('energy', energy, errors)
+      call file%load('joints', table, errors)
+      call file%close(errors)
+      if (errors%any()) return
+      associate (e => state%energy)
+         e%kinetic = energy(1); e%strain = energy(2); e%contact = energy(3); e%friction = energy(4)
+         e%damping = energy(5); e%external = energy(6); e%initial = energy(7)
+      end associate
+      do j = 1, size(state%joint)
+         state%joint(j) = joint_from_values(table(:, j))
+      end do
+   end subroutine load_state
+
+   subroutine close_results(self)
+      class(results_t), intent(inout) :: self
+
+      call self%history%close()
+   end subroutine close_results
+
+end module results_m

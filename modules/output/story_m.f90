@@ -1,0 +1,71 @@
+!> What the log tells of a run: its start, the end of each stage, its end.
+module story_m
+   use kinds_m, only: wp
+   use constants_m, only: is_set
+   use text_m, only: to_text, quoted
+   use log_m, only: log_t, progress_t
+   use version_m, only: program_version, program_commit
+   use deck_m, only: deck_t
+   use scene_m, only: scene_t
+   use state_m, only: state_t
+   use explicit_m, only: cycle_report_t
+   implicit none
+   private
+
+   public :: say_start, say_stage, say_end, command_text
+
+contains
+
+   subroutine say_start(deck, log)
+      type(deck_t), intent(in) :: deck
+      type(log_t), intent(in) :: log
+
+      call log%say('femdem '//program_version//' ('//program_commit//')')
+      call log%say('deck      '//deck%path//': '//trim(deck%run%title))
+   end subroutine say_start
+
+   !> The end of a stage: time, steps, step, balance of forces and energy.
+   subroutine say_stage(scene, stage, state, report, log)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage
+      type(state_t), intent(in) :: state
+      !> Report of the stage's last cycle
+      type(cycle_report_t), intent(in) :: report
+      type(log_t), intent(in) :: log
+      real(wp) :: added, total
+
+      call log%say('stage     '//quoted(scene%deck%stage(stage)%name)//' done at '//to_text(state%time)//' s, step '// &
+                   to_text(state%step)//' (last dt '//to_text(report%smallest_step)//' s); unbalanced force ratio '// &
+                   to_text(report%unbalanced))
+      added = sum(state%mass) - sum(scene%mass)
+      total = sum(scene%mass)
+      if (added > 0.0_wp) call log%say('          mass scaling has added '//to_text(added)//' kg/m, '// &
+                                       to_text(100.0_wp*added/total)//' % of the mass')
+      if (is_set(scene%deck%stage(stage)%equilibrium) .and. .not. report%balanced) &
+         call log%warn('stage '//quoted(scene%deck%stage(stage)%name)//' ended before equilibrium: unbalanced force ratio '// &
+                       to_text(report%unbalanced)//' after the longest rest allowed; asked for was '// &
+                       to_text(scene%deck%stage(stage)%equilibrium)//' (max_rest_time, damping)')
+   end subroutine say_stage
+
+   subroutine say_end(directory, state, progress, log)
+      character(len=*), intent(in) :: directory
+      type(state_t), intent(in) :: state
+      type(progress_t), intent(in) :: progress
+      type(log_t), intent(in) :: log
+
+      call log%say('energy    external '//to_text(state%energy%external)//' J/m, residual '// &
+                   to_text(state%energy%residual())//' J/m')
+      call log%say('done      '//to_text(state%step)//' steps in '//to_text(progress%elapsed())//' s; results in '//directory)
+   end subroutine say_end
+
+   !> The command line as typed.
+   function command_text() result(text)
+      character(len=:), allocatable :: text
+      integer :: length
+
+      call get_command(length=length)
+      allocate (character(len=length) :: text)
+      if (length > 0) call get_command(command=text)
+   end function command_text
+
+end module story_m
