@@ -103,7 +103,8 @@ contains
       call check_boundary_stage(deck, deck%boundary(n), errors)
       do i = 1, n - 1
          associate (mine => deck%boundary(n), other => deck%boundary(i))
-            if (other%group /= mine%group .or. mine%group == '' .or. .not. overlap(other%stage, mine%stage)) cycle
+            ! A condition of one stage replaces that of 'all' stages, so only those of the same stage can disagree.
+            if (other%group /= mine%group .or. mine%group == '' .or. other%stage /= mine%stage) cycle
             call check_clash(place, prescribed(mine), prescribed(other), &
                              ' (line '//to_text(other%line)//', same group and stage)', errors)
             if (other%stage == mine%stage) &
@@ -111,14 +112,6 @@ contains
          end associate
       end do
    end subroutine check_boundary
-
-   !> Can two boundaries act at once?
-   pure logical function overlap(a, b)
-      !> Stages of the boundaries
-      character(len=*), intent(in) :: a, b
-
-      overlap = a == b .or. a == every_stage .or. b == every_stage
-   end function overlap
 
    !> The stage of a boundary is 'all' or one of the deck's.
    subroutine check_boundary_stage(deck, boundary, errors)
@@ -180,6 +173,12 @@ contains
       end do
       do i = 1, size(deck%joint)
          call warn_of_joint(deck, deck%joint(i), warnings)
+      end do
+      do i = 1, size(deck%stage)
+         if (is_set(deck%stage(i)%equilibrium) .and. deck%stage(i)%rest_time > 0) then
+            call warnings%add(at(deck, deck%stage(i)%line, 'stage')//'rest_time = '//exact_text(deck%stage(i)%rest_time)// &
+                              ': has no effect with equilibrium; the rest ends there, or after max_rest_time')
+         end if
       end do
    end subroutine find_warnings
 

@@ -191,7 +191,10 @@ contains
          case (token_open_string)
             call errors%add(at_line(path, token%line)//'&'//group%name//': the text '//excerpt(token%text)// &
                             ' is not closed by a quote on its line')
+            ! Close it, so that this one mistake has this one message.
             word = token
+            word%kind = token_string
+            word%text = token%text//token%text(1:1)
          case (token_equals)
             call errors%add(at_line(path, token%line)//'&'//group%name//": '=' without the name of a variable")
          case (token_slash)
@@ -364,7 +367,7 @@ contains
       end do
    end subroutine skip_string
 
-   !> The user's own text, shortened and without control characters, for a message.
+   !> The user's own text, shortened and in plain characters, for a message: it may be no text at all.
    pure function excerpt(text)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: excerpt
@@ -372,7 +375,7 @@ contains
 
       excerpt = text(:min(len(text), excerpt_length))
       do i = 1, len(excerpt)
-         if (iachar(excerpt(i:i)) < iachar(' ')) excerpt(i:i) = '?'
+         if (excerpt(i:i) < ' ' .or. excerpt(i:i) > '~') excerpt(i:i) = '?'
       end do
       if (len(text) > excerpt_length) excerpt = excerpt//'...'
    end function excerpt

@@ -3,16 +3,18 @@ module stage_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set
    use errors_m, only: error_list_t
-   use text_m, only: exact_text
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_count, a_name, a_number, an_option, name_length, option_length, &
                               namelist_text, require_clean_read, check_range, check_least, check_choice, &
-                              check_given, check_needed, check_idle
+                              check_given, check_idle
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
 
    public :: read_stage, write_stage
+
+   !> A rest until equilibrium gives up after this many times move_time when max_rest_time is not given
+   real(wp), parameter :: patience = 100.0_wp
 
    !> &stage
    type, public :: stage_t
@@ -24,11 +26,11 @@ module stage_group_m
       integer :: cycles = 1
       !> Duration of the motion of each increment [s]
       real(wp) :: move_time = unset
-      !> Duration of the rest after it, the shortest one when equilibrium is given [s]
+      !> Duration of the rest after it, when equilibrium is not given [s]
       real(wp) :: rest_time = 0.0_wp
       !> Ratio of unbalanced force that ends the rest [-]
       real(wp) :: equilibrium = unset
-      !> Longest rest when equilibrium is given [s]
+      !> Longest rest when equilibrium is given; 100 times move_time when not given [s]
       real(wp) :: max_rest_time = unset
       !> Velocity during the motion: from zero to zero, or constant
       character(len=option_length) :: profile = 'smooth'
@@ -62,10 +64,14 @@ contains
       call namelist_text(slice, variables, text, errors)
       read (text, nml=settings, iostat=status, iomsg=message)
       call require_clean_read(slice, status, message, errors)
+      ! A rest until equilibrium must be able to end.
+      if (is_set(stage%equilibrium) .and. is_set(stage%move_time) .and. slice%find('max_rest_time') == 0) then
+         stage%max_rest_time = patience*stage%move_time
+      end if
       call check_stage(slice, stage, errors)
    end subroutine read_stage
 
-   !> Ranges and choices, and a rest that can end.
+   !> Ranges and choices.
    subroutine check_stage(slice, stage, errors)
       type(group_slice_t), intent(in) :: slice
       type(stage_t), intent(inout) :: stage
@@ -78,12 +84,7 @@ contains
       call check_range(errors, slice, 'equilibrium', stage%equilibrium, above=0.0_wp, below=1.0_wp)
       call check_range(errors, slice, 'max_rest_time', stage%max_rest_time, above=0.0_wp)
       call check_choice(errors, slice, 'profile', stage%profile, profiles)
-      if (is_set(stage%equilibrium)) then
-         call check_needed(errors, slice, 'max_rest_time', stage%max_rest_time, 'equilibrium (or the rest might never end)')
-         if (is_set(stage%max_rest_time) .and. stage%rest_time > stage%max_rest_time) then
-            call errors%add(slice%place('rest_time')//': must be at most max_rest_time ('//exact_text(stage%max_rest_time)//')')
-         end if
-      else
+      if (.not. is_set(stage%equilibrium)) then
          call check_idle(errors, slice, 'max_rest_time', stage%max_rest_time, 'equilibrium')
       end if
    end subroutine check_stage

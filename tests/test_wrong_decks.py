@@ -1,0 +1,88 @@
+"""Wrong decks: every one ends with exit status 2 and a message that names what is wrong.
+
+The cases are data: scenes/wrong_decks/cases.json replaces one piece of scenes/wrong_decks/base.nml each.
+The program is build/femdem, or the one named by the environment variable FEMDEM.
+"""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+FEMDEM = Path(os.environ.get("FEMDEM", ROOT / "build" / "femdem")).resolve()
+SCENE = ROOT / "tests" / "scenes" / "wrong_decks"
+BASE = (SCENE / "base.nml").read_text()
+CASES = json.loads((SCENE / "cases.json").read_text())
+MESH = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+"""
+
+
+def run(arguments, directory):
+    return subprocess.run([FEMDEM, *arguments], cwd=directory, capture_output=True, text=True, timeout=60, check=False)
+
+
+def check(deck, directory):
+    """Write a deck (text or bytes) beside its mesh and let the program check it."""
+    (directory / "box.msh").write_text(MESH)
+    (directory / "input.nml").write_bytes(deck if isinstance(deck, bytes) else deck.encode())
+    return run(["--check", "input.nml"], directory)
+
+
+def assert_wrong(result, *fragments):
+    """Exit status 2, every line an error, every fragment in the messages."""
+    assert result.returncode == 2, result.stderr
+    assert result.stdout == ""
+    assert all(line.startswith("error: ") for line in result.stderr.splitlines()), result.stderr
+    for fragment in fragments:
+        assert fragment in result.stderr
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("case", CASES, ids=[case["name"] for case in CASES])
+def test_wrong_deck(case, tmp_path):
+    assert BASE.count(case["replace"]) == 1, "the piece to replace must be unique in the base deck"
+    result = check(BASE.replace(case["replace"], case["by"]), tmp_path)
+    assert_wrong(result, "input.nml", *case["expect"])
+
+
+@pytest.mark.fast
+def test_names_are_unique():
+    names = [case["name"] for case in CASES]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.fast
+def test_message_names_the_line(tmp_path):
+    deck = BASE.replace("jrc0 = 9.7", "jrc0 = -3")
+    line = deck.splitlines().index("   jrc0 = -3") + 1
+    assert_wrong(check(deck, tmp_path), f"input.nml:{line}: &joint jrc0 = -3: must be at least 0 and at most 30")
+
+
+@pytest.mark.fast
+def test_one_mistake_one_message(tmp_path):
+    for wrong in ("jrc0 = -3", "jrc0 = 'rough'", "jrc0 = 1 2"):
+        result = check(BASE.replace("jrc0 = 9.7", wrong), tmp_path)
+        assert len(result.stderr.splitlines()) == 1, result.stderr
+
+
+@pytest.mark.fast
+def test_no_deck_at_all(tmp_path):
+    result = run(["--check", "nothing.nml"], tmp_path)
+    assert_wrong(result, "nothing.nml", "cannot be opened")
+    assert len(result.stderr.splitlines()) == 1
+    assert_wrong(run(["--check", "."], tmp_path))
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\n\n", b"\x00\x01\xff" * 5000, b"&", b"&runs", b"'", b"=/&"],
+    ids=["empty", "blank lines", "binary", "ampersand", "name only", "quote", "signs"],
+)
+def test_no_deck_inside(content, tmp_path):
+    assert_wrong(check(content, tmp_path), "&run is missing")
