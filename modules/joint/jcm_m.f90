@@ -155,7 +155,7 @@ contains
          if (is_set(parameters%sigma_c)) sigma_c = between(0.0_wp, parameters%sigma_c, largest_stress)
          a0 = initial_aperture(jrc0, sigma_c, jcs0)
       end if
-      edge%a0 = max(a0, least_aperture)
+      edge%a0 = between(least_aperture, a0, largest_slip)
       edge%a0_clamped = a0 < least_aperture
       kn0 = initial_stiffness(edge%jrcn, edge%jcsn, edge%a0)
       edge%kn0 = max(kn0, least_stiffness)
@@ -748,7 +748,7 @@ contains
          state%path_peak = peak
          state%path_angle = peak_angle
          state%dilation = state%dilation_max
-         state%dilation_slope = sign(dilation_tangent(edge%post_peak, state%ratio, peak_angle), state%u)
+         state%dilation_slope = sign(1.0_wp, state%u)*dilation_tangent(edge%post_peak, state%ratio, peak_angle)
       else
          state%step_ratio = 0.0_wp
          call retrace_dilation(edge, state)
@@ -786,8 +786,8 @@ contains
       ratio = share*state%ratio
       rest = state%dilation_max - state%path_peak*dilation_from_rest(edge%post_peak, state%ratio, state%path_angle)
       state%dilation = state%path_peak*dilation_from_rest(edge%post_peak, ratio, state%path_angle) + share*rest
-      state%dilation_slope = sign((state%path_peak*state%ratio &
-         &*dilation_tangent(edge%post_peak, ratio, state%path_angle) + rest)/state%u_max, state%u)
+      state%dilation_slope = sign(1.0_wp, state%u)*(state%path_peak*state%ratio &
+         &*dilation_tangent(edge%post_peak, ratio, state%path_angle) + rest)/state%u_max
    end subroutine retrace_dilation
 
    !> Shear stress: elastic trial, returned to the mobilised strength when beyond it.
