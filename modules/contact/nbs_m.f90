@@ -63,16 +63,17 @@ contains
       integer, allocatable, intent(out) :: pair(:, :)
       type(pair_list_t) :: found
       type(level_t) :: grid
+      real(wp), allocatable :: sorted(:, :)
       integer, allocatable :: order(:)
       integer :: first(max_levels + 1), level
       real(wp) :: finest
 
       allocate (found%pair(2, max(16, 4*size(box, 2))))
       if (size(box, 2) > 1) then
-         call sort_by_level(box, order, first, finest)
+         call sort_by_level(box, sorted, order, first, finest)
          do level = 1, max_levels
             if (first(level + 1) == first(level)) cycle
-            call fill_level(box, order, first(level), first(level + 1) - 1, finest*2.0_wp**(level - 1), grid)
+            call fill_level(sorted, order, first(level), first(level + 1) - 1, finest*2.0_wp**(level - 1), grid)
             call sweep_rows(grid, found)
          end do
       end if
@@ -80,10 +81,11 @@ contains
       pair = found%pair(:, :found%n)
    end subroutine find_overlaps
 
-   !> Order the boxes by level, and say where each level begins.
-   pure subroutine sort_by_level(box, order, first, finest)
+   !> Sort the boxes by level, and say where each level begins.
+   pure subroutine sort_by_level(box, sorted, order, first, finest)
       real(wp), intent(in) :: box(:, :)
-      !> Box numbers, smallest level first (n)
+      !> Boxes, smallest level first (4, n), and their numbers (n)
+      real(wp), allocatable, intent(out) :: sorted(:, :)
       integer, allocatable, intent(out) :: order(:)
       !> Place in order of each level's first box
       integer, intent(out) :: first(:)
@@ -93,7 +95,7 @@ contains
       integer, allocatable :: level(:)
       integer :: place(max_levels), i
 
-      allocate (level(size(box, 2)), order(size(box, 2)))
+      allocate (level(size(box, 2)), order(size(box, 2)), sorted(4, size(box, 2)))
       extent = max(maxval(box(2, :)) - minval(box(1, :)), maxval(box(4, :)) - minval(box(3, :)))
       smallest = huge(smallest)
       largest = 0.0_wp
@@ -117,6 +119,7 @@ contains
       end do
       do i = 1, size(box, 2)
          order(place(level(i))) = i
+         sorted(:, place(level(i))) = box(:, i)
          place(level(i)) = place(level(i)) + 1
       end do
    end subroutine sort_by_level
@@ -142,8 +145,9 @@ contains
 
    !> Put a level's residents, and the smaller boxes that can reach them, on the level's grid.
    pure subroutine fill_level(box, order, from, to, cell, grid)
+      !> Boxes ordered by level (4, n)
       real(wp), intent(in) :: box(:, :)
-      !> Boxes ordered by level; the residents are order(from:to), every smaller box stands before them
+      !> Their numbers in the caller's list (n); the residents are from..to, every smaller box stands before them
       integer, intent(in) :: order(:), from, to
       !> Cell size [m]
       real(wp), intent(in) :: cell
@@ -153,24 +157,24 @@ contains
       real(wp) :: reach(4)
       integer :: i, n, visitors
 
-      reach = box(:, order(from))
+      reach = box(:, from)
       do i = from + 1, to
-         reach(1) = min(reach(1), box(1, order(i)))
-         reach(2) = max(reach(2), box(2, order(i)))
-         reach(3) = min(reach(3), box(3, order(i)))
-         reach(4) = max(reach(4), box(4, order(i)))
+         reach(1) = min(reach(1), box(1, i))
+         reach(2) = max(reach(2), box(2, i))
+         reach(3) = min(reach(3), box(3, i))
+         reach(4) = max(reach(4), box(4, i))
       end do
       allocate (chosen(to), row_key(to), column_key(to))
       n = 0
       do i = 1, to
          if (i == from) visitors = n
          if (i < from) then
-            if (.not. overlap(reach, box(:, order(i)))) cycle
+            if (.not. overlap(reach, box(:, i))) cycle
          end if
          n = n + 1
-         chosen(n) = order(i)
-         column_key(n) = cell_number(box(1, order(i)), box(2, order(i)), reach(1), cell)
-         row_key(n) = cell_number(box(3, order(i)), box(4, order(i)), reach(3), cell)
+         chosen(n) = i
+         column_key(n) = cell_number(box(1, i), box(2, i), reach(1), cell)
+         row_key(n) = cell_number(box(3, i), box(4, i), reach(3), cell)
       end do
       call number_lines(row_key(:n), grid%row)
       call number_lines(column_key(:n), grid%column)
@@ -180,7 +184,7 @@ contains
       call sort_by_line(grid%row%of_box(visitors + 1:n), visitors, grid%resident, place(visitors + 1:n))
       allocate (grid%box(n), grid%bounds(4, n))
       do i = 1, n
-         grid%box(place(i)) = chosen(i)
+         grid%box(place(i)) = order(chosen(i))
          grid%bounds(:, place(i)) = box(:, chosen(i))
       end do
       grid%row%of_box(place) = grid%row%of_box
