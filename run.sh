@@ -9,7 +9,9 @@ usage() {
 usage: ./run.sh [DECK.nml] [--help]
 
 Installs missing Debian packages, builds the program (build/femdem), then for the deck
-  1. makes its mesh, when there is a make_mesh.py beside the deck and the mesh is missing or older than that script
+  1. makes its mesh, when that is missing or older than the deck or the mesh script. How is said by a comment line of
+     the deck, a Python script beside the deck with its arguments:
+         ! mesh: make_mesh.py --length 0.06 --out shear_6cm.msh
   2. runs it; the results go to results/<scene>/<deck>/ where <scene> is the name of the deck's folder
   3. draws its figure and prints a table of errors, with postproc/<scene>.py or else postproc/history.py
 
@@ -39,11 +41,16 @@ choose_python
 say "Building the program (the first time takes a minute or two)"
 build_preset release "$release_directory" || exit 1
 
-# The mesh file a deck names: mesh = 'file.msh' in its &run group.
+# The mesh file a deck names (mesh = 'file.msh' in its &run group) and the command that makes it.
 mesh=$(sed -nE "s/^[^!]*\bmesh *= *['\"]([^'\"]+)['\"].*/\1/Ip" "$deck" | head -n 1)
-if [[ -f $folder/make_mesh.py && -n $mesh && ! $folder/$mesh -nt $folder/make_mesh.py ]]; then
-  say "Making the mesh $folder/$mesh"
-  (cd "$folder" && "$PYTHON" make_mesh.py)
+read -ra mesh_command < <(sed -nE 's/^ *! *mesh: *(.+)$/\1/p' "$deck") || true
+if ((${#mesh_command[@]})); then
+  if [[ -z $mesh || ! $folder/$mesh -nt $deck || ! $folder/$mesh -nt $folder/${mesh_command[0]} ]]; then
+    say "Making the mesh: ${mesh_command[*]}"
+    (cd "$folder" && "$PYTHON" "${mesh_command[@]}")
+  fi
+elif [[ -n $mesh && ! -f $folder/$mesh ]]; then
+  give_up "the mesh $folder/$mesh is missing, and the deck has no line '! mesh: SCRIPT ...' that says how to make it"
 fi
 
 say "Running $deck"

@@ -28,6 +28,7 @@ ASSERTIONS = {
     "isfinite": 1,
 }
 MAX_COLUMNS = 132
+MAX_NAME = 63
 # Names pFUnit's generated suite declares beside everything public in the test module, and names `use funit` brings in:
 # a public name of the test module spelt like one of these compiles here but not there.
 RESERVED = """
@@ -149,6 +150,8 @@ class PfFile:
         if arguments:
             self.error(number, f"subroutine {name} behind @{wanted} must have no arguments")
         if wanted == "test":
+            if len(name) > MAX_NAME:
+                self.error(number, f"the name has {len(name)} letters, Fortran allows {MAX_NAME}")
             if name.lower() in (test.lower() for test in self.tests):
                 self.error(number, f"a second test named {name}")
             self.tests.append(name)
@@ -192,7 +195,7 @@ class PfFile:
     def program(self):
         """The main program that runs the tests."""
         fixture = f", {self.before}, {self.after}" if self.before else ""
-        runs = [f"   call run_test('{name}', {name}{fixture})" for name in self.tests]
+        runs = [f"   call run_test('{name}', &\n                 {name}{fixture})" for name in self.tests]
         return [
             "",
             f"program {self.module}_program",

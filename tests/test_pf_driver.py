@@ -192,6 +192,7 @@ def test_fixtures_exceptions_and_early_return(funit, tmp_path):
         ("   @test\n   subroutine a(b)", "must have no arguments"),
         ("   @test\n   subroutine a()\n   @test\n   subroutine A()", "a second test named A"),
         ("   @test\n   subroutine run()", "the name 'run' clashes"),
+        ("   @test\n   subroutine " + "a" * 64 + "()", "the name has 64 letters, Fortran allows 63"),
         ("   @assertEqal(1, 1)", "unknown assertion @assertEqal"),
         ("   @assertEqual(1)", "needs at least 2 arguments, found 1"),
         ("   @assertRelativelyEqual(1.0, 1.0)", "needs at least 3 arguments"),
