@@ -1,5 +1,5 @@
 # Shared by run.sh and test.sh (sourced, from the repository's top): packages, Python, build.
-# shellcheck shell=bash
+# shellcheck shell=bash disable=SC2034
 
 # A compiler without recommended packages lacks make and the C library's headers: name them.
 build_packages=(gcc libc6-dev make gfortran cmake pkg-config git
