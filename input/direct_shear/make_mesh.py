@@ -14,7 +14,7 @@ import sys
 import gmsh
 
 BLOCK_HEIGHT = 0.030  # of each block
-STEEL = 0.006  # wall thickness of the half-boxes
+STEEL = 0.012  # wall thickness of the half-boxes
 GAP = 0.002  # between the steel and the joint
 OVERHANG = 0.012  # of the lower block beyond the joint, on either side
 COARSE = 0.006  # element size far from the joint
