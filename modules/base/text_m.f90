@@ -121,22 +121,25 @@ contains
       end do
    end function nearest_word
 
-   !> Levenshtein distance between two words.
+   !> Edits that turn one word into another: a letter more, less or changed, or two neighbours exchanged.
    pure integer function edit_distance(a, b)
       character(len=*), intent(in) :: a, b
-      integer :: row(0:len(b)), i, j, diagonal, keep
+      integer :: edits(-1:len(a), -1:len(b)), i, j
 
-      row = [(j, j=0, len(b))]
-      do i = 1, len(a)
-         diagonal = row(0)
-         row(0) = i
-         do j = 1, len(b)
-            keep = row(j)
-            row(j) = min(row(j) + 1, row(j - 1) + 1, diagonal + merge(0, 1, a(i:i) == b(j:j)))
-            diagonal = keep
+      edits = 0
+      edits(0:, 0) = [(i, i=0, len(a))]
+      edits(0, 0:) = [(j, j=0, len(b))]
+      do j = 1, len(b)
+         do i = 1, len(a)
+            edits(i, j) = min(edits(i - 1, j) + 1, edits(i, j - 1) + 1, &
+                              edits(i - 1, j - 1) + merge(0, 1, a(i:i) == b(j:j)))
+            if (i == 1 .or. j == 1) cycle
+            if (a(i:i) == b(j - 1:j - 1) .and. a(i - 1:i - 1) == b(j:j)) then
+               edits(i, j) = min(edits(i, j), edits(i - 2, j - 2) + 1)
+            end if
          end do
       end do
-      edit_distance = row(len(b))
+      edit_distance = edits(len(a), len(b))
    end function edit_distance
 
 end module text_m

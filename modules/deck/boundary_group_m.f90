@@ -14,8 +14,8 @@ module boundary_group_m
    public :: read_boundary, write_boundary, prescribed, check_clash, all_prescribed
 
    !> What a boundary can prescribe, and the indices of the velocity, of the loads on edges and of the far-field stress
-   character(len=*), parameter, public :: prescribable(*) = [character(len=8) :: 'vx', 'vy', 'tx', 'ty', 'pressure', &
-                                                             'sxx', 'syy', 'sxy']
+   character(len=*), parameter, public :: prescribable(*) = &
+                                          [character(len=8) :: 'vx', 'vy', 'tx', 'ty', 'pressure', 'sxx', 'syy', 'sxy']
    integer, parameter :: velocities(*) = [1, 2], loads(*) = [3, 4, 5, 6, 7, 8], stresses(*) = [6, 7, 8]
    !> Stage of a boundary that acts in every stage
    character(len=*), parameter, public :: every_stage = 'all'
@@ -47,16 +47,16 @@ module boundary_group_m
    end type boundary_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('group', a_name), &
-      variable_t('stage', a_name), &
-      variable_t('vx', a_number), &
-      variable_t('vy', a_number), &
-      variable_t('tx', a_number), &
-      variable_t('ty', a_number), &
-      variable_t('pressure', a_number), &
-      variable_t('sxx', a_number), &
-      variable_t('syy', a_number), &
-      variable_t('sxy', a_number)]
+                                  variable_t('group', a_name), &
+                                  variable_t('stage', a_name), &
+                                  variable_t('vx', a_number), &
+                                  variable_t('vy', a_number), &
+                                  variable_t('tx', a_number), &
+                                  variable_t('ty', a_number), &
+                                  variable_t('pressure', a_number), &
+                                  variable_t('sxx', a_number), &
+                                  variable_t('syy', a_number), &
+                                  variable_t('sxy', a_number)]
 
 contains
 

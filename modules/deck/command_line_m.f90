@@ -18,8 +18,9 @@ module command_line_m
       logical :: check = .false., quiet = .false., version = .false., help = .false.
    end type command_t
 
-   character(len=*), parameter :: options(*) = [character(len=9) :: '--check', '--output', '--restart', '--quiet', &
-                                                '--version', '--help', '-h']
+   character(len=*), parameter :: options(*) = &
+                                  [character(len=9) :: '--check', '--output', '--restart', '--quiet', &
+                                                        '--version', '--help', '-h']
 
 contains
 

@@ -30,11 +30,11 @@ module contact_group_m
    end type contact_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('active', a_switch), &
-      variable_t('friction_angle', a_number), &
-      variable_t('friction', an_option), &
-      variable_t('skin_factor', a_number), &
-      variable_t('tangential_factor', a_number)]
+                                  variable_t('active', a_switch), &
+                                  variable_t('friction_angle', a_number), &
+                                  variable_t('friction', an_option), &
+                                  variable_t('skin_factor', a_number), &
+                                  variable_t('tangential_factor', a_number)]
    character(len=*), parameter :: frictions(*) = ['slider  ', 'velocity']
 
 contains

@@ -175,10 +175,12 @@ contains
          call warn_of_joint(deck, deck%joint(i), warnings)
       end do
       do i = 1, size(deck%stage)
-         if (is_set(deck%stage(i)%equilibrium) .and. deck%stage(i)%rest_time > 0) then
-            call warnings%add(at(deck, deck%stage(i)%line, 'stage')//'rest_time = '//exact_text(deck%stage(i)%rest_time)// &
-                              ': has no effect with equilibrium; the rest ends there, or after max_rest_time')
-         end if
+         associate (stage => deck%stage(i))
+            if (is_set(stage%equilibrium) .and. stage%rest_time > 0) then
+               call warnings%add(at(deck, stage%line, 'stage')//'rest_time = '//exact_text(stage%rest_time)// &
+                                 ': has no effect with equilibrium; the rest ends there, or after max_rest_time')
+            end if
+         end associate
       end do
    end subroutine find_warnings
 
@@ -198,7 +200,7 @@ contains
          end if
          if (material%young < soft) call warnings%add(place//'young = '//exact_text(material%young)//': is it in Pa?')
          if (material%poisson < 0) then
-            call warnings%add(place//'poisson = '//exact_text(material%poisson)//': rock swells across when it is squeezed')
+            call warnings%add(place//'poisson = '//exact_text(material%poisson)//': is it meant to be negative?')
          end if
       end associate
    end subroutine warn_of_material
@@ -217,16 +219,15 @@ contains
          call warnings%add(place//'jrc0 = '//exact_text(joint%jrc0)//': standard profiles end at 20')
       end if
       if (is_set(joint%sigma_c_mpa) .and. joint%jcs0_mpa > joint%sigma_c_mpa) then
-         call warnings%add(place//'jcs0_mpa = '//exact_text(joint%jcs0_mpa)//': walls stronger than the rock (sigma_c_mpa = '// &
-                           exact_text(joint%sigma_c_mpa)//')')
+         call warnings%add(place//'jcs0_mpa = '//exact_text(joint%jcs0_mpa)//': walls stronger than the rock, '// &
+                           'sigma_c_mpa = '//exact_text(joint%sigma_c_mpa))
       end if
       if (joint%law == 'coulomb') then
          if (any(is_set([joint%jrc0, joint%jcs0_mpa, joint%sigma_c_mpa, joint%l0, joint%phi_r]))) then
             call warnings%add(place//"law = 'coulomb': the parameters of the JCM have no effect")
          end if
       else if (any(is_set([joint%friction_angle, joint%kn_mpa_mm, joint%ks_mpa_mm])) .or. joint%cohesion > 0) then
-         call warnings%add(place//'law = '//quoted(joint%law)//': friction_angle, cohesion, kn_mpa_mm and ks_mpa_mm '// &
-                           'have no effect')
+         call warnings%add(place//'law = '//quoted(joint%law)//': the parameters of the Coulomb law have no effect')
       end if
    end subroutine warn_of_joint
 

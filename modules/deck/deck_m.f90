@@ -34,9 +34,12 @@ module deck_m
       type(output_t) :: output
    end type deck_t
 
-   character(len=*), parameter :: group_names(*) = [character(len=8) :: 'run', 'material', 'joint', 'contact', &
-                                                    'boundary', 'initial', 'gravity', 'stage', 'explicit', 'output']
-   character(len=*), parameter :: repeated_names(*) = [character(len=8) :: 'material', 'joint', 'boundary', 'initial', 'stage']
+   !> Names of all groups, and of those that may be given more than once
+   character(len=*), parameter :: repeated_names(*) = &
+                                  [character(len=8) :: 'material', 'joint', 'boundary', 'initial', 'stage']
+   character(len=*), parameter :: group_names(*) = &
+                                  [character(len=8) :: 'run', repeated_names, &
+                                                        'contact', 'gravity', 'explicit', 'output']
 
 contains
 
@@ -139,7 +142,8 @@ contains
             do first = 1, i - 1
                if (slice(first)%name == slice(i)%name) exit
             end do
-            call errors%add(place//': this group may be given once only, and was given in line '//to_text(slice(first)%line))
+            call errors%add(place//': this group may be given once only, and was given in line '// &
+                            to_text(slice(first)%line))
          end if
       end do
    end subroutine check_group_names

@@ -52,8 +52,13 @@ module deck_scan_m
    end type reader_t
 
    character, parameter :: tab = achar(9), line_feed = achar(10), carriage_return = achar(13)
+   !> Characters that end a word
+   character(len=*), parameter :: word_ends = " =,/&!'"//'"'//tab//line_feed//carriage_return
    !> Mark that some editors put at the start of a UTF-8 file
    character(len=3), parameter :: byte_order_mark = char(239)//char(187)//char(191)
+   !> What a reader of the message should know
+   character(len=*), parameter :: form_of_a_group = &
+                                  ' (a group is &name variable = value ... /, its texts in quotes)'
    !> Longest piece of the user's text that a message repeats
    integer, parameter :: excerpt_length = 40
 
@@ -151,8 +156,7 @@ contains
             stray_reported = .false.
          else
             if (.not. stray_reported) then
-               call errors%add(at_line(path, token%line)//'text outside a group: '//excerpt(token%text)// &
-                               ' (a group is &name variable = value ... /, text in quotes; a comment starts with !)')
+               call errors%add(at_line(path, token%line)//'text outside a group: '//excerpt(token%text)//form_of_a_group)
             end if
             stray_reported = .true.
             call next_token(text, reader, token)
@@ -189,8 +193,8 @@ contains
          case (token_word, token_string)
             word = token
          case (token_open_string)
-            call errors%add(at_line(path, token%line)//'&'//group%name//': the text '//excerpt(token%text)// &
-                            ' is not closed by a quote on its line')
+            call errors%add(at_line(path, token%line)//'&'//group%name//' '//last_name(group)//': the text '// &
+                            excerpt(token%text)//' is not closed by a quote on its line')
             ! Close it, so that this one mistake has this one message.
             word = token
             word%kind = token_string
@@ -201,8 +205,8 @@ contains
             call next_token(text, reader, token)
             exit
          case (token_group, token_end)
-            call errors%add(at_line(path, group%line)//'&'//group%name//": the group is not closed: a '/' is missing "// &
-                            'before '//what_follows(token))
+            call errors%add(at_line(path, group%line)//'&'//group%name// &
+                            ": the group is not closed: a '/' is missing before "//what_follows(token))
             if (token%kind == token_group .and. lower(token%text) == 'end') call next_token(text, reader, token)
             exit
          end select
@@ -210,6 +214,15 @@ contains
       call check_duplicates(group, errors)
       call append_slice(slice, group)
    end subroutine scan_group
+
+   !> Variable of the assignment that is being scanned.
+   pure function last_name(group)
+      type(group_slice_t), intent(in) :: group
+      character(len=:), allocatable :: last_name
+
+      last_name = ''
+      if (group%count > 0) last_name = group%assignment(group%count)%name
+   end function last_name
 
    !> Where a group without '/' was found to end.
    pure function what_follows(token)
@@ -341,7 +354,7 @@ contains
       type(reader_t), intent(inout) :: reader
       integer :: length
 
-      length = scan(text(reader%next:), ' =,/&!''"'//tab//line_feed//carriage_return) - 1
+      length = scan(text(reader%next:), word_ends) - 1
       if (length < 0) length = len(text) - reader%next + 1
       reader%next = reader%next + length
    end subroutine skip_word

@@ -202,7 +202,8 @@ contains
       !> When it would have an effect
       character(len=*), intent(in) :: condition
 
-      if (is_set(value)) call errors%add(slice%place(name)//': has no effect without '//condition//'; give both or neither')
+      if (.not. is_set(value)) return
+      call errors%add(slice%place(name)//': has no effect without '//condition//'; give both or neither')
    end subroutine check_idle
 
    !> Index of a variable by name (0: there is none).

@@ -35,12 +35,12 @@ module explicit_group_m
    end type explicit_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('damping', an_option), &
-      variable_t('damping_factor', a_number), &
-      variable_t('safety', a_number), &
-      variable_t('step', a_number), &
-      variable_t('mass_scaling', an_option), &
-      variable_t('scaled_step', a_number)]
+                                  variable_t('damping', an_option), &
+                                  variable_t('damping_factor', a_number), &
+                                  variable_t('safety', a_number), &
+                                  variable_t('step', a_number), &
+                                  variable_t('mass_scaling', an_option), &
+                                  variable_t('scaled_step', a_number)]
    character(len=*), parameter :: dampings(*) = ['none   ', 'viscous', 'local  ']
    character(len=*), parameter :: mass_scalings(*) = ['none', 'step']
 

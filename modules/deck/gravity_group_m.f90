@@ -26,9 +26,9 @@ module gravity_group_m
    end type gravity_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('gx', a_number), &
-      variable_t('gy', a_number), &
-      variable_t('ramped', a_switch)]
+                                  variable_t('gx', a_number), &
+                                  variable_t('gy', a_number), &
+                                  variable_t('ramped', a_switch)]
 
 contains
 

@@ -24,9 +24,9 @@ module initial_group_m
    end type initial_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('group', a_name), &
-      variable_t('vx', a_number), &
-      variable_t('vy', a_number)]
+                                  variable_t('group', a_name), &
+                                  variable_t('vx', a_number), &
+                                  variable_t('vy', a_number)]
 
 contains
 

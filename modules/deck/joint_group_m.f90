@@ -69,28 +69,28 @@ module joint_group_m
    end type joint_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('group', a_name), &
-      variable_t('law', an_option), &
-      variable_t('jrc0', a_number), &
-      variable_t('jcs0_mpa', a_number), &
-      variable_t('sigma_c_mpa', a_number), &
-      variable_t('l0', a_number), &
-      variable_t('phi_r', a_number), &
-      variable_t('a0_mm', a_number), &
-      variable_t('peak', an_option), &
-      variable_t('post_peak', an_option), &
-      variable_t('short_edges', an_option), &
-      variable_t('max_angle', a_number), &
-      variable_t('coupling', an_option), &
-      variable_t('friction', an_option), &
-      variable_t('normal', an_option), &
-      variable_t('contact', an_option), &
-      variable_t('penalty', a_number), &
-      variable_t('normal_stress', an_option), &
-      variable_t('friction_angle', a_number), &
-      variable_t('cohesion', a_number), &
-      variable_t('kn_mpa_mm', a_number), &
-      variable_t('ks_mpa_mm', a_number)]
+                                  variable_t('group', a_name), &
+                                  variable_t('law', an_option), &
+                                  variable_t('jrc0', a_number), &
+                                  variable_t('jcs0_mpa', a_number), &
+                                  variable_t('sigma_c_mpa', a_number), &
+                                  variable_t('l0', a_number), &
+                                  variable_t('phi_r', a_number), &
+                                  variable_t('a0_mm', a_number), &
+                                  variable_t('peak', an_option), &
+                                  variable_t('post_peak', an_option), &
+                                  variable_t('short_edges', an_option), &
+                                  variable_t('max_angle', a_number), &
+                                  variable_t('coupling', an_option), &
+                                  variable_t('friction', an_option), &
+                                  variable_t('normal', an_option), &
+                                  variable_t('contact', an_option), &
+                                  variable_t('penalty', a_number), &
+                                  variable_t('normal_stress', an_option), &
+                                  variable_t('friction_angle', a_number), &
+                                  variable_t('cohesion', a_number), &
+                                  variable_t('kn_mpa_mm', a_number), &
+                                  variable_t('ks_mpa_mm', a_number)]
    character(len=*), parameter :: laws(*) = ['jcm     ', 'jcm_mean', 'coulomb ']
    character(len=*), parameter :: peaks(*) = ['eq15', 'eq14']
    character(len=*), parameter :: post_peaks(*) = ['table', 'eq16 ']
@@ -179,8 +179,8 @@ contains
       end select
       if (joint%normal == 'joint') then
          if (joint%contact == 'potential') then
-            call errors%add(slice%place('contact')//": has a penalty only, not the stiffness of normal = 'joint'; must be "// &
-                            "'wall', or go with normal = 'penalty'")
+            call errors%add(slice%place('contact')//": has a penalty only, not the stiffness of normal = 'joint'; "// &
+                            "must be 'wall', or go with normal = 'penalty'")
          end if
          call check_idle(errors, slice, 'penalty', joint%penalty, "normal = 'penalty'")
       end if
@@ -199,8 +199,8 @@ contains
       if (.not. (is_set(joint%sigma_c_mpa) .and. is_set(joint%jcs0_mpa))) return
       ! Eq 10: a0 = JRC0/5 (0.2 sc/JCS0 - 0.1)
       if (joint%jcs0_mpa >= 2*joint%sigma_c_mpa) then
-         call errors%add(slice%place('sigma_c_mpa')//': eq 10 gives no initial aperture; must be above half of jcs0_mpa ('// &
-                         exact_text(joint%jcs0_mpa/2)//'), or a0_mm be given')
+         call errors%add(slice%place('sigma_c_mpa')//': eq 10 gives no initial aperture; must be above '// &
+                         'half of jcs0_mpa ('//exact_text(joint%jcs0_mpa/2)//'), or a0_mm be given')
       end if
    end subroutine check_aperture
 

@@ -32,11 +32,11 @@ module material_group_m
    end type material_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('group', a_name), &
-      variable_t('density', a_number), &
-      variable_t('young', a_number), &
-      variable_t('poisson', a_number), &
-      variable_t('penalty_factor', a_number)]
+                                  variable_t('group', a_name), &
+                                  variable_t('density', a_number), &
+                                  variable_t('young', a_number), &
+                                  variable_t('poisson', a_number), &
+                                  variable_t('penalty_factor', a_number)]
 
 contains
 

@@ -28,11 +28,11 @@ module output_group_m
    end type output_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('directory', a_path), &
-      variable_t('fields_every', a_count), &
-      variable_t('history_every', a_count), &
-      variable_t('checkpoint_minutes', a_number), &
-      variable_t('energies', a_switch)]
+                                  variable_t('directory', a_path), &
+                                  variable_t('fields_every', a_count), &
+                                  variable_t('history_every', a_count), &
+                                  variable_t('checkpoint_minutes', a_number), &
+                                  variable_t('energies', a_switch)]
 
 contains
 

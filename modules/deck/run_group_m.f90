@@ -23,9 +23,9 @@ module run_group_m
    end type run_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('title', a_path), &
-      variable_t('mesh', a_path), &
-      variable_t('solver', an_option)]
+                                  variable_t('title', a_path), &
+                                  variable_t('mesh', a_path), &
+                                  variable_t('solver', an_option)]
    character(len=*), parameter :: solvers(*) = ['auto    ', 'explicit']
 
 contains

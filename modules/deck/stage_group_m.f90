@@ -37,13 +37,13 @@ module stage_group_m
    end type stage_t
 
    type(variable_t), parameter :: variables(*) = [ &
-      variable_t('name', a_name), &
-      variable_t('cycles', a_count), &
-      variable_t('move_time', a_number), &
-      variable_t('rest_time', a_number), &
-      variable_t('equilibrium', a_number), &
-      variable_t('max_rest_time', a_number), &
-      variable_t('profile', an_option)]
+                                  variable_t('name', a_name), &
+                                  variable_t('cycles', a_count), &
+                                  variable_t('move_time', a_number), &
+                                  variable_t('rest_time', a_number), &
+                                  variable_t('equilibrium', a_number), &
+                                  variable_t('max_rest_time', a_number), &
+                                  variable_t('profile', an_option)]
    character(len=*), parameter :: profiles(*) = ['smooth  ', 'constant']
 
 contains
