@@ -133,6 +133,7 @@ contains
 
       before = errors%count()
       call check_types(table, path, errors)
+      if (errors%count() > before) return
       if (.not. allocated(table%node_number)) call errors%add(path//': there is no $Nodes section')
       if (table%elements == 0) call errors%add(path//': there are no triangles, lines or points')
       if (errors%count() > before) return

@@ -257,7 +257,8 @@ contains
       do i = 1, size(mesh%point)
          if (has_triangle(mesh%point(i))) cycle
          call add_capped(errors, loose, 'mesh: the point at '//at_text(mesh%x(:, mesh%point(i)))//' of group '// &
-                        group_text(mesh, mesh%point_group(i))//' is not a corner of triangles; embed it in its surface')
+                         group_text(mesh, mesh%point_group(i))//' is not a corner of triangles; embed it in its '// &
+                         'surface')
       end do
       call add_rest(errors, loose, 'points that are not corners of triangles')
    end subroutine check_points

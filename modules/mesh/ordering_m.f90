@@ -22,8 +22,8 @@ module ordering_m
 
    interface
       !> Partition of the dual graph of a mesh (METIS 5, 32-bit indices)
-     function metis_part_mesh_dual(elements, nodes, first, node, weights, sizes, common, parts, part_weights, options, &
-                                    cut, element_part, node_part) bind(c, name='METIS_PartMeshDual') result(status)
+      function metis_part_mesh_dual(elements, nodes, first, node, weights, sizes, common, parts, part_weights, &
+                                options, cut, element_part, node_part) bind(c, name='METIS_PartMeshDual') result(status)
          import :: c_int32_t, c_ptr
          implicit none
          integer(c_int32_t), intent(in) :: elements, nodes, first(*), node(*), common, parts
@@ -35,8 +35,8 @@ module ordering_m
 
 contains
 
-   !> Renumber the nodes and reorder the triangles, lines and points of a mesh so that neighbours are near in memory. The
-   !> order within a patch is the one found. To be called before splitting.
+   !> Renumber the nodes and reorder the triangles and lines of a mesh so that neighbours are near in memory. The order
+   !> within a patch is the one found. To be called before splitting.
    subroutine order_mesh(mesh)
       type(mesh_t), intent(inout) :: mesh
       integer, allocatable :: part(:), order(:), new_node(:)
@@ -81,8 +81,8 @@ contains
       number = last
    end subroutine number_next
 
-   !> Part of each triangle, 1 to parts, such that parts are of equal size and share few edges. One part, or a failure of
-   !> METIS, gives all triangles to part 1.
+   !> Part of each triangle, 1 to parts, such that parts are of equal size and share few edges. One part, or a failure
+   !> of METIS, gives all triangles to part 1.
    subroutine partition_mesh(triangle, nodes, parts, part)
       !> Corners (3, triangles), number of nodes, number of parts
       integer, intent(in) :: triangle(:, :), nodes, parts
