@@ -23,7 +23,8 @@ module ordering_m
    interface
       !> Partition of the dual graph of a mesh (METIS 5, 32-bit indices)
       function metis_part_mesh_dual(elements, nodes, first, node, weights, sizes, common, parts, part_weights, &
-                                options, cut, element_part, node_part) bind(c, name='METIS_PartMeshDual') result(status)
+                                    options, cut, element_part, node_part) &
+         bind(c, name='METIS_PartMeshDual') result(status)
          import :: c_int32_t, c_ptr
          implicit none
          integer(c_int32_t), intent(in) :: elements, nodes, first(*), node(*), common, parts

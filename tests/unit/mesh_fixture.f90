@@ -135,7 +135,8 @@ contains
       call line('$PhysicalNames')
       call line(decimal(size(mesh%group)))
       do i = 1, size(mesh%group)
-       call line(decimal(mesh%group(i)%dimension)//' '//decimal(mesh%group(i)%tag)//' "'//trim(mesh%group(i)%name)//'"')
+         call line(decimal(mesh%group(i)%dimension)//' '//decimal(mesh%group(i)%tag)//' "'// &
+                   trim(mesh%group(i)%name)//'"')
       end do
       call line('$EndPhysicalNames')
       if (version == '2.2') then
