@@ -491,12 +491,12 @@ contains
       !> u/up [-], normal stress [MPa]
       real(wp), intent(in) :: ratio, sn
       type(roughness_t) :: rough
-      real(wp) :: pressed
+      real(wp) :: pressed, slope
 
       pressed = between(0.0_wp, sn, largest_stress)
       rough = roughness_at(edge, pressed)
-      shear_stiffness = pressed/rough%peak*radians*angle_slope(edge, ratio, rough%angle) &
-         &*secant_squared(angle_at(edge, ratio, rough%angle))                                       ! (17)
+      slope = radians*angle_slope(edge, ratio, rough%angle)*secant_squared(angle_at(edge, ratio, rough%angle))
+      shear_stiffness = pressed/rough%peak*slope                                                    ! (17)
    end function shear_stiffness
 
    !> d tau/d sn of eq 13 at constant u/up [-].
@@ -779,15 +779,15 @@ contains
    pure subroutine retrace_dilation(edge, state)
       type(jcm_edge_t), intent(in) :: edge
       type(joint_point_t), intent(inout) :: state
-      real(wp) :: share, rest, ratio
+      real(wp) :: share, rest, ratio, slope
 
       if (state%u_max <= 0.0_wp) return
       share = abs(state%u)/state%u_max
       ratio = share*state%ratio
       rest = state%dilation_max - state%path_peak*dilation_from_rest(edge%post_peak, state%ratio, state%path_angle)
       state%dilation = state%path_peak*dilation_from_rest(edge%post_peak, ratio, state%path_angle) + share*rest
-      state%dilation_slope = sign(1.0_wp, state%u)*(state%path_peak*state%ratio &
-         &*dilation_tangent(edge%post_peak, ratio, state%path_angle) + rest)/state%u_max
+      slope = state%path_peak*state%ratio*dilation_tangent(edge%post_peak, ratio, state%path_angle) + rest
+      state%dilation_slope = sign(1.0_wp, state%u)*slope/state%u_max
    end subroutine retrace_dilation
 
    !> Shear stress: elastic trial, returned to the mobilised strength when beyond it.
@@ -853,10 +853,12 @@ contains
       type(roughness_t), intent(in) :: rough
       !> Normal stress [MPa]
       real(wp), intent(in) :: sn
+      real(wp) :: per_logarithm
 
       relative_peak_sensitivity = 0.0_wp
-      if (edge%peak == peak_eq15) relative_peak_sensitivity = -logarithm_slope(edge, sn) &
-         &*(stress_exponent*ln10 + radians*edge%jrcn*tan(radians*rough%angle))
+      if (edge%peak /= peak_eq15) return
+      per_logarithm = -stress_exponent*ln10 - radians*edge%jrcn*tan(radians*rough%angle)
+      relative_peak_sensitivity = logarithm_slope(edge, sn)*per_logarithm
    end function relative_peak_sensitivity
 
    !> d steepest_slope/d roughness angle [1/deg].
@@ -864,7 +866,7 @@ contains
       type(jcm_edge_t), intent(in) :: edge
       !> JRCn log10(JCSn/sn) [deg]
       real(wp), intent(in) :: roughness
-      real(wp) :: slope, angle
+      real(wp) :: slope, angle, curvature
       integer :: i
 
       steepest_slope_sensitivity = 0.0_wp
@@ -872,8 +874,8 @@ contains
       do i = 1, 2
          angle = edge%phi_r + table_jrc(i + 1)*roughness
          if (radians*table_slope(i)*roughness*secant_squared(angle) < slope) cycle
-         steepest_slope_sensitivity = radians*table_slope(i)*secant_squared(angle) &
-            &*(1.0_wp + 2.0_wp*radians*roughness*table_jrc(i + 1)*tan(radians*angle))
+         curvature = 1.0_wp + 2.0_wp*radians*roughness*table_jrc(i + 1)*tan(radians*angle)
+         steepest_slope_sensitivity = radians*table_slope(i)*secant_squared(angle)*curvature
       end do
    end function steepest_slope_sensitivity
 

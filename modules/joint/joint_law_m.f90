@@ -8,8 +8,8 @@ module joint_law_m
    implicit none
    private
 
-   public :: joint_law_named, update_joint, joint_tangent, joint_closure_stress, joint_normal_stiffness, joint_shear_stiffness, &
-      & joint_initial_aperture
+   public :: joint_law_named, update_joint, joint_tangent
+   public :: joint_closure_stress, joint_normal_stiffness, joint_shear_stiffness, joint_initial_aperture
 
    !> The laws. jcm_mean is jcm on edges that were all scaled to the mean block-edge length.
    integer, parameter, public :: law_unknown = 0, law_jcm = 1, law_jcm_mean = 2, law_coulomb = 3

@@ -12,8 +12,8 @@ program bench_jcm
    print '(a)', 'JCM updates, million a second (one thread)'
    call measure('loading, stress changing', 1.0e-4_wp, 1.0e-3_wp, 0, edge)
    call measure('loading, stress constant', 1.0e-4_wp, 0.0_wp, 0, edge)
-   call measure('to and fro before the peak', 1.0e-5_wp, 1.0e-3_wp, 10, edge)
-   call measure('to and fro after the peak', 1.0e-2_wp, 1.0e-3_wp, rounds/2, edge)
+   call measure('back and forth before the peak', 1.0e-5_wp, 1.0e-3_wp, 10, edge)
+   call measure('back and forth after the peak', 1.0e-2_wp, 1.0e-3_wp, rounds/2, edge)
    call measure('open', 1.0e-4_wp, -10.0_wp, 0, edge)
    call measure('at rest', 0.0_wp, 0.0_wp, 0, edge)
 
