@@ -3,8 +3,8 @@ module joint_law_m
    use kinds_m, only: wp
    use joint_point_m, only: joint_point_t, joint_tangent_t
    use jcm_m, only: jcm_edge_t, jcm_update, jcm_tangent, closure_stress, normal_stiffness, elastic_shear_stiffness
-   use coulomb_joint_m, only: coulomb_joint_t, coulomb_update, coulomb_tangent, coulomb_closure_stress, &
-      & coulomb_shear_stiffness
+   use coulomb_joint_m, only: coulomb_joint_t, coulomb_update, coulomb_tangent
+   use coulomb_joint_m, only: coulomb_closure_stress, coulomb_normal_stiffness, coulomb_shear_stiffness
    implicit none
    private
 
@@ -97,7 +97,7 @@ contains
       case (law_jcm, law_jcm_mean)
          stiffness = normal_stiffness(law%jcm%kn0, law%jcm%vm, sn)
       case (law_coulomb)
-         stiffness = law%coulomb%kn
+         stiffness = coulomb_normal_stiffness(law%coulomb, sn)
       end select
    end function joint_normal_stiffness
 
