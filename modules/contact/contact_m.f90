@@ -65,9 +65,12 @@ module contact_m
       type(groups_t) :: handled
       !> Length of each surface edge [m]
       real(wp), allocatable :: length(:)
-      !> Nodes of the objects; how far each may move before the next search [m]; where it was at the last search [m]
+      !> Nodes of the objects; how far each may move before the next search [m]; its displacement at the last search and
+      !> at the last call of forces (2, layer nodes) [m]
       integer, allocatable :: layer(:)
-      real(wp), allocatable :: reach(:), searched(:, :)
+      real(wp), allocatable :: reach(:), searched(:, :), before(:, :)
+      !> Place of each node in layer, 0 for the others (nodes)
+      integer, allocatable :: place(:)
 
       !> Objects near each other (2, pairs), their penalty [Pa], and the objects that occur in a pair
       integer, allocatable :: pair(:, :), near(:)
@@ -85,6 +88,9 @@ module contact_m
       procedure :: pairs
       procedure :: forces
       procedure :: add_stiffness
+      procedure :: joint_tractions
+      procedure :: save_state
+      procedure :: restore_state
    end type contact_t
 
 contains
@@ -176,10 +182,13 @@ contains
          reach(self%node(:, i)) = min(reach(self%node(:, i)), self%half_skin(i))
       end do
       n = count(reach < huge(1.0_wp))
-      allocate (self%layer(n), self%searched(2, n))
+      allocate (self%layer(n), self%searched(2, n), self%before(2, n), self%place(size(reach)))
       self%layer = pack([(i, i=1, size(reach))], reach < huge(1.0_wp))
       self%reach = reach(self%layer)
+      self%place = 0
+      self%place(self%layer) = [(i, i=1, n)]
       self%searched = 0.0_wp
+      self%before = 0.0_wp
    end subroutine measure
 
    !> Has any node of an object moved further than half the skin since the last search (or was there none yet)?
@@ -216,6 +225,8 @@ contains
       if (.not. self%possible) return
       self%searches = self%searches + 1
       self%searched = displacement(:, self%layer)
+      ! While there were no pairs, forces did not follow the motion
+      if (size(self%pair, 2) == 0) self%before = self%searched
       allocate (box(4, size(self%node, 2)))
       do i = 1, size(box, 2)
          a = split%x(:, self%node(:, i)) + displacement(:, self%node(:, i))
@@ -266,18 +277,17 @@ contains
       pairs = size(self%pair, 2)
    end function pairs
 
-   !> Add normal and friction forces to the nodal forces. Call search first whenever needs_search says so.
-   subroutine forces(self, split, displacement, velocity, step, friction, force, energy)
+   !> Add normal and friction forces to the nodal forces. Call search first whenever needs_search says so. The slip of
+   !> the slider law is taken from the displacements since the last call: a second call at the same place changes nothing.
+   subroutine forces(self, split, displacement, velocity, friction, normal_force, friction_force, energy)
       class(contact_t), intent(inout) :: self
       type(split_mesh_t), intent(in) :: split
-      !> Displacement [m] and velocity [m/s] of every node (2, nodes)
+      !> Displacement [m] and velocity [m/s] of every node (2, nodes); velocities matter to the velocity law alone
       real(wp), intent(in) :: displacement(:, :), velocity(:, :)
-      !> Time step over which the velocities have acted [s]
-      real(wp), intent(in) :: step
       !> Friction coefficient of each surface edge (surface edges): mu of eq 4, mu_mob of eq 33
       real(wp), intent(in) :: friction(:)
-      !> Force on every node (2, nodes) [N/m]
-      real(wp), intent(inout) :: force(:, :)
+      !> Normal and tangential contact forces on every node, kept apart for the energy balance (2, nodes) [N/m]
+      real(wp), intent(inout) :: normal_force(:, :), friction_force(:, :)
       type(contact_energy_t), intent(out) :: energy
       type(touch_t), allocatable :: touch(:)
       integer :: touches
@@ -285,10 +295,11 @@ contains
       if (size(self%pair, 2) == 0 .and. .not. self%loaded) return
       self%normal = 0.0_wp
       self%shear = 0.0_wp
-      call push_pairs(self, split, displacement, force, touch, touches, energy%overlap)
-      call rub(self, split, displacement, velocity, step, friction, touch(:touches), force, energy%dissipated)
+      call push_pairs(self, split, displacement, normal_force, touch, touches, energy%overlap)
+      call rub(self, split, displacement, velocity, friction, touch(:touches), friction_force, energy%dissipated)
       energy%spring = self%spring_energy
       self%loaded = touches > 0
+      self%before = displacement(:, self%layer)
    end subroutine forces
 
    !> Normal forces of all pairs, both roles; and the list of surface edges that are touched.
@@ -392,13 +403,11 @@ contains
 
    !> Friction of all touched edges. The spring belongs to the edge, so that sliding from one contactor to the next
    !> carries its force along; its slip is the mean over the edge's touches weighted with their normal forces.
-   subroutine rub(self, split, displacement, velocity, step, friction, touch, force, dissipated)
+   subroutine rub(self, split, displacement, velocity, friction, touch, force, dissipated)
       class(contact_t), intent(inout) :: self
       type(split_mesh_t), intent(in) :: split
       !> Displacement [m] and velocity [m/s] of every node (2, nodes)
       real(wp), intent(in) :: displacement(:, :), velocity(:, :)
-      !> Time step [s]
-      real(wp), intent(in) :: step
       !> Friction coefficient (surface edges)
       real(wp), intent(in) :: friction(:)
       type(touch_t), intent(in) :: touch(:)
@@ -407,7 +416,7 @@ contains
       !> Energy spent in this step [J/m]
       real(wp), intent(out) :: dissipated
       real(wp), allocatable :: load(:), slip(:), share(:)
-      real(wp) :: along(2), speed(size(touch)), tangential
+      real(wp) :: along(2), path(size(touch)), tangential
       integer :: i
 
       allocate (load(size(self%length)), slip(size(self%length)), share(size(self%length)))
@@ -416,10 +425,10 @@ contains
       share = 0.0_wp
       do i = 1, size(touch)
          along = edge_direction(split, displacement, touch(i)%edge)
-         speed(i) = dot_product(slip_velocity(self, velocity, touch(i)), along)
+         path(i) = dot_product(slip_of(self, displacement, touch(i)) - slip_before(self, touch(i)), along)
          associate (edge => touch(i)%edge)
             load(edge) = load(edge) + touch(i)%normal
-            slip(edge) = slip(edge) + touch(i)%normal*speed(i)*step
+            slip(edge) = slip(edge) + touch(i)%normal*path(i)
             share(edge) = share(edge) + touch(i)%normal*touch(i)%stiffness
          end associate
       end do
@@ -429,13 +438,14 @@ contains
 
       do i = 1, size(touch)
          associate (edge => touch(i)%edge)
+            along = edge_direction(split, displacement, edge)
             if (self%options%friction == friction_velocity) then
-               tangential = velocity_friction(friction(edge)*touch(i)%normal, speed(i))
-               dissipated = dissipated + tangential*speed(i)*step
+               tangential = velocity_friction(friction(edge)*touch(i)%normal, &
+                                              dot_product(slip_of(self, velocity, touch(i)), along))
+               dissipated = dissipated + tangential*path(i)
             else
                tangential = self%stiffness(edge)*self%elongation(edge)*touch(i)%normal/load(edge)
             end if
-            along = edge_direction(split, displacement, edge)
             call drag(self, touch(i), -tangential*along, force)
             call credit(self, split, displacement, touch(i), along, -tangential)
          end associate
@@ -474,22 +484,38 @@ contains
       end do
    end subroutine work_springs
 
-   !> Velocity of the target against the contactor at the place of the normal force.
-   pure function slip_velocity(self, velocity, touch) result(slip)
+   !> Motion of the target against the contactor at the place of the normal force, from a nodal field.
+   pure function slip_of(self, field, touch) result(slip)
       class(contact_t), intent(in) :: self
-      !> Velocity of every node (2, nodes) [m/s]
-      real(wp), intent(in) :: velocity(:, :)
+      !> Displacement [m] or velocity [m/s] of every node (2, nodes)
+      real(wp), intent(in) :: field(:, :)
       type(touch_t), intent(in) :: touch
       real(wp) :: slip(2)
       integer :: k
 
       associate (from => self%node(touch%side, touch%target), to => self%node(mod(touch%side, 3) + 1, touch%target))
-         slip = (1.0_wp - touch%place)*velocity(:, from) + touch%place*velocity(:, to)
+         slip = (1.0_wp - touch%place)*field(:, from) + touch%place*field(:, to)
       end associate
       do k = 1, 3
-         slip = slip - touch%lambda(k)*velocity(:, self%node(k, touch%contactor))
+         slip = slip - touch%lambda(k)*field(:, self%node(k, touch%contactor))
       end do
-   end function slip_velocity
+   end function slip_of
+
+   !> The same from the displacements at the last call.
+   pure function slip_before(self, touch) result(slip)
+      class(contact_t), intent(in) :: self
+      type(touch_t), intent(in) :: touch
+      real(wp) :: slip(2)
+      integer :: k
+
+      associate (from => self%place(self%node(touch%side, touch%target)), &
+                 to => self%place(self%node(mod(touch%side, 3) + 1, touch%target)))
+         slip = (1.0_wp - touch%place)*self%before(:, from) + touch%place*self%before(:, to)
+      end associate
+      do k = 1, 3
+         slip = slip - touch%lambda(k)*self%before(:, self%place(self%node(k, touch%contactor)))
+      end do
+   end function slip_before
 
    !> A force on the target at a touched place, and its reaction on the contactor, to their nodes: both act at one point,
    !> so that momentum and moment of momentum are kept.
@@ -599,6 +625,56 @@ contains
          end do
       end do
    end subroutine add_stiffness
+
+   !> Contact tractions of each joint element, the mean of its two walls (eqs 32-33 want them).
+   pure subroutine joint_tractions(self, split, normal, shear)
+      class(contact_t), intent(in) :: self
+      type(split_mesh_t), intent(in) :: split
+      !> Normal stress, compression positive, and shear stress, positive when it resists the upper wall's motion along
+      !> A'->B' (joints) [Pa]
+      real(wp), intent(out) :: normal(:), shear(:)
+      integer :: edge, joint
+
+      normal = 0.0_wp
+      shear = 0.0_wp
+      do edge = 1, size(self%length)
+         joint = split%surface_joint(edge)
+         if (joint == 0) cycle
+         normal(joint) = normal(joint) + 0.5_wp*self%normal(edge)/self%length(edge)
+         ! Both walls are directed with their rock on the left, where the resistance to that motion is negative
+         shear(joint) = shear(joint) - 0.5_wp*self%shear(edge)/self%length(edge)
+      end do
+   end subroutine joint_tractions
+
+   !> What a checkpoint needs of the contact: springs and last displacements. The pairs are searched anew.
+   pure function save_state(self) result(values)
+      class(contact_t), intent(in) :: self
+      real(wp), allocatable :: values(:)
+
+      allocate (values(1 + 2*size(self%elongation) + size(self%before)))
+      values = [self%spring_energy, self%elongation, self%stiffness, reshape(self%before, [size(self%before)])]
+   end function save_state
+
+   !> Go on from a checkpoint: search is due, and forces continues the springs. Returns false when the values do not fit.
+   logical function restore_state(self, split, displacement, values) result(fits)
+      class(contact_t), intent(inout) :: self
+      type(split_mesh_t), intent(in) :: split
+      !> Displacement of every node at the checkpoint (2, nodes) [m]
+      real(wp), intent(in) :: displacement(:, :)
+      !> What save_state gave
+      real(wp), intent(in) :: values(:)
+      integer :: edges
+
+      edges = size(self%elongation)
+      fits = size(values) == 1 + 2*edges + size(self%before)
+      if (.not. fits) return
+      call self%search(split, displacement)
+      self%spring_energy = values(1)
+      self%elongation = values(2:edges + 1)
+      self%stiffness = values(edges + 2:2*edges + 1)
+      self%before = reshape(values(2*edges + 2:), shape(self%before))
+      self%loaded = any(self%stiffness > 0.0_wp)
+   end function restore_state
 
    !> Box around a triangle: xmin, xmax, ymin, ymax.
    pure function bounds(corner) result(box)
