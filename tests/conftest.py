@@ -1,5 +1,6 @@
 """Options and fixtures of the Python tests."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,11 @@ TOP = Path(__file__).resolve().parent.parent
 def pytest_addoption(parser):
     parser.addoption("--build", default="build", help="build directory to test (default: build)")
     parser.addoption("--long", action="store_true", help="also run the tests marked long")
+
+
+def pytest_configure(config):
+    """Tests that run the program themselves find it in the environment variable FEMDEM."""
+    os.environ["FEMDEM"] = str((TOP / config.getoption("--build") / "femdem").resolve())
 
 
 def pytest_collection_modifyitems(config, items):
@@ -29,8 +35,8 @@ def build_directory(pytestconfig):
 
 
 @pytest.fixture(scope="session")
-def femdem(build_directory):
+def femdem():
     """Path of the program under test."""
-    program = build_directory / "femdem"
+    program = Path(os.environ["FEMDEM"])
     assert program.is_file(), f"{program} is not built"
     return program

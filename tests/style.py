@@ -37,7 +37,7 @@ CODE_SUFFIXES = [".f90", ".pf", ".py", ".sh"]
 
 MODULE = re.compile(r"^\s*module\s+(\w+)\s*$", re.IGNORECASE | re.MULTILINE)
 USE = re.compile(
-    r"^\s*use\s*(?:,\s*(?:non_)?intrinsic\s*)?(?:::)?\s*(\w+)(.*)$", re.IGNORECASE | re.MULTILINE
+    r"^[ ]*use(?:[ ]*,[ ]*intrinsic[ ]*::|[ ]*::|[ ])[ ]*(\w+)(.*)$", re.IGNORECASE | re.MULTILINE
 )
 STOP = re.compile(r"^\s*(?:if\s*\(.*\)\s*)?(error\s+stop|stop)\b", re.IGNORECASE)
 ROUTINE = re.compile(r"^\s*(?:(?!end\b)[\w()=, *]+\s)?(subroutine|function)\s+(\w+)", re.IGNORECASE)

@@ -64,6 +64,7 @@ build_preset() {
   if ! { cmake --preset "$preset" && cmake --build --preset "$preset" --parallel "$jobs"; } >"$log" 2>&1; then
     grep -B 4 -E '^(Fatal )?Error:|: error:|^CMake Error' "$log" | head -n 60 || tail -n 40 "$log"
     say "The $preset build failed; all of its output is in $log"
+    say "(After a change of compiler, packages or module names: remove $directory and try again.)"
     return 1
   fi
 }
