@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""Normal stress against closure of one or several runs, with the empirical law (eq 5) as points.
+
+    plot_closure.py results_closure --out closure
+
+Prints, for each row of the history, the closure, that of eq 5b at the same stress, and the difference in per cent.
+"""
+
+import figure_style as style
+import matplotlib.pyplot as plt
+import numpy as np
+
+POINTS = 15
+
+
+def main():
+    arguments = style.parser(__doc__)
+    style.joint_arguments(arguments)
+    arguments = arguments.parse_args()
+    runs, labels = style.open_results(arguments)
+
+    figure, axes = plt.subplots()
+    table = []
+    for i, (run, label) in enumerate(zip(runs, labels, strict=True)):
+        history = run.history
+        group = history.group(arguments.group)
+        closure = history.joint(group, "closure_mm")
+        stress = history.joint(group, "normal_stress_MPa")
+        loaded = stress > 0
+        if not np.any(loaded):
+            raise style.ResultsError(f"{history.path}: no normal stress on group {group!r}")
+        closure, stress = closure[loaded], stress[loaded]
+        law = run.reference_joint(group, arguments.length)
+        style.numeric(axes, np.concatenate([[0], closure]), np.concatenate([[0], stress]), i, label)
+        at = np.linspace(0, np.max(stress), POINTS)
+        style.empirical(axes, law.closure(at), at, i, label)
+        expected = law.closure(stress)
+        for s, v, e in zip(stress, closure, expected, strict=True):
+            table.append([label, float(s), float(v), float(e), float(100 * (v - e) / e)])
+    axes.set_xlabel("Closure [mm]")
+    axes.set_ylabel("Normal stress [MPa]")
+    axes.set_xlim(left=0)
+    axes.set_ylim(bottom=0)
+    style.comparison_legend(axes, labels)
+    style.error_table(["run", "sn_MPa", "closure_mm", "eq5b_mm", "error_%"], table, arguments.csv)
+    style.save(figure, arguments.out, runs[0].directory, "closure")
+
+
+if __name__ == "__main__":
+    style.run_script(main)

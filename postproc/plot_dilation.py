@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""Dilation against shear displacement of one or several runs, with eq 18 integrated along the path as points.
+
+    plot_dilation.py results_6cm results_12cm --labels "6 cm" "12 cm" --out dilation
+"""
+
+import figure_style as style
+import matplotlib.pyplot as plt
+import numpy as np
+from plot_shear import points_along, shear_path
+
+
+def main():
+    arguments = style.parser(__doc__)
+    style.joint_arguments(arguments)
+    arguments.add_argument(
+        "--normal-stress", type=float, help="normal stress of eq 18 in MPa (default: mean of the history)"
+    )
+    arguments = arguments.parse_args()
+    runs, labels = style.open_results(arguments)
+
+    figure, axes = plt.subplots()
+    table = []
+    for i, (run, label) in enumerate(zip(runs, labels, strict=True)):
+        history = run.history
+        group = history.group(arguments.group)
+        u, _, sn, moved = shear_path(history, group, arguments.normal_stress)
+        dilation = history.joint(group, "dilation_mm")[moved]
+        law = run.reference_joint(group, arguments.length)
+        style.numeric(axes, np.concatenate([[0], u]), np.concatenate([[0], dilation]), i, label)
+        at = points_along(law, sn, np.max(u))
+        style.empirical(axes, at, law.dilation(at, sn), i, label)
+        reference = law.dilation(u, sn)
+        largest = float(np.max(np.abs(reference)))
+        error = 100 * (dilation - reference) / largest
+        worst = int(np.argmax(np.abs(error)))
+        table.append(
+            [
+                label,
+                1000 * sn,
+                law.length,
+                largest,
+                float(np.sqrt(np.mean(error**2))),
+                float(error[worst]),
+                float(u[worst]),
+            ]
+        )
+    axes.axhline(0, color="#555555", linewidth=0.7)
+    axes.set_xlabel("Shear displacement [mm]")
+    axes.set_ylabel("Dilation [mm]")
+    axes.set_xlim(left=0)
+    style.comparison_legend(axes, labels)
+    style.error_table(
+        ["run", "sn_kPa", "length_m", "largest_eq18_mm", "rms_%_of_largest", "worst_%", "worst_at_mm"],
+        table,
+        arguments.csv,
+    )
+    style.save(figure, arguments.out, runs[0].directory, "dilation")
+
+
+if __name__ == "__main__":
+    style.run_script(main)

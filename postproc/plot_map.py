@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+"""A map of a field of the rock, of a quantity of the joints, or of both.
+
+    plot_map.py results --rock stress_1
+    plot_map.py results --joints aperture_mm --step 3 --out aperture
+    plot_map.py results --rock displacement --joints shear_displacement_mm --magnitude
+    plot_map.py results --list
+"""
+
+import figure_style as style
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import LineCollection, PolyCollection
+
+THIN, THICK = 0.6, 4.0  # line widths in points between the least and the largest value
+PASCALS = 1e6  # in a megapascal
+
+
+def chosen_field(fields, mesh, name, step, magnitude):
+    """Values on triangles or joints, and the text of the colour bar"""
+    component = None
+    if name.endswith((".x", ".y")):
+        name, component = name[:-2], "xy".index(name[-1])
+    values = fields.read(name, step)
+    place, unit, _ = fields.names(step)[name]
+    text = style.axis_label(name).rpartition(" [")[0] or name.replace("_", " ").capitalize()
+    if values.ndim == 2:
+        values = np.hypot(*values.T) if component is None else values[:, component]
+        text += "" if component is None else f" in {'xy'[component]}"
+    if magnitude:
+        values = np.abs(values)
+    if unit == "Pa":
+        values, unit = values / PASCALS, "MPa"
+    if place == "nodes":
+        values = values[mesh.triangles].mean(axis=1)
+    return place, values, text if unit == "1" else f"{text} [{unit}]"
+
+
+def colours(values, limits):
+    """Colour map and its range: diverging about zero where there are both signs"""
+    least, largest = limits or (float(np.min(values)), float(np.max(values)))
+    if least < 0 < largest and limits is None:
+        largest = max(-least, largest)
+        return style.DIVERGING, -largest, largest
+    if least == largest:
+        largest = least + (abs(least) if least else 1.0)
+    return style.SEQUENTIAL, least, largest
+
+
+def draw_rock(figure, axes, corners, values, text, limits):
+    colour_map, least, largest = colours(values, limits)
+    drawn = PolyCollection(corners, array=values, cmap=colour_map, edgecolor="face", linewidth=0.1, rasterized=True)
+    drawn.set_clim(least, largest)
+    axes.add_collection(drawn)
+    figure.colorbar(drawn, ax=axes, label=text, fraction=0.046, pad=0.03)
+
+
+def draw_joints(figure, axes, lines, values, text, limits, width):
+    colour_map, least, largest = colours(values, limits)
+    span = max(abs(least), abs(largest))
+    widths = width if width else THIN + (THICK - THIN) * np.clip(np.abs(values) / span, 0, 1)
+    # Large values last, so that they are not covered.
+    order = np.argsort(np.abs(values))
+    drawn = LineCollection(
+        lines[order],
+        array=values[order],
+        cmap=colour_map if colour_map == style.DIVERGING else "plasma_r",
+        linewidth=widths if width else widths[order],
+        capstyle="round",
+    )
+    drawn.set_clim(least, largest)
+    axes.add_collection(drawn)
+    figure.colorbar(drawn, ax=axes, label=text, fraction=0.046, pad=0.03)
+
+
+def main():
+    arguments = style.parser(__doc__, several=False)
+    arguments.add_argument("--rock", help="field on nodes or triangles; a vector's component: displacement.x")
+    arguments.add_argument("--joints", help="quantity of the joints")
+    arguments.add_argument("--step", type=int, default=-1, help="snapshot, from 0 (default: last)")
+    arguments.add_argument("--magnitude", action="store_true", help="draw absolute values")
+    arguments.add_argument("--rock-limits", nargs=2, type=float, help="range of the rock's colours")
+    arguments.add_argument("--joint-limits", nargs=2, type=float, help="range of the joints' colours")
+    arguments.add_argument("--width", type=float, help="width of all joint lines in points (default: by the value)")
+    arguments.add_argument("--deformed", type=float, default=0.0, help="displacements drawn this many times (0)")
+    arguments.add_argument("--list", action="store_true", help="list the fields and stop")
+    arguments = arguments.parse_args()
+    run = style.Results(arguments.results)
+    fields = run.fields
+    if arguments.list or not (arguments.rock or arguments.joints):
+        for name, (place, unit, description) in fields.names(arguments.step).items():
+            print(f"{name:28s} {place:10s} [{unit}] {description}")
+        return
+    mesh = fields.mesh(arguments.step)
+    if arguments.deformed:
+        mesh.coordinates = mesh.coordinates + arguments.deformed * fields.read("displacement", arguments.step)
+
+    figure, axes = plt.subplots()
+    corners = mesh.coordinates[mesh.triangles]
+    axes.add_collection(
+        LineCollection(mesh.coordinates[mesh.surface[mesh.surface_joint < 0]], color="#333333", linewidth=0.8)
+    )
+    if arguments.rock:
+        place, values, text = chosen_field(fields, mesh, arguments.rock, arguments.step, arguments.magnitude)
+        if place == "joints":
+            raise style.ResultsError(f"{arguments.rock} is a quantity of the joints: use --joints")
+        draw_rock(figure, axes, corners, values, text, arguments.rock_limits)
+    if arguments.joints:
+        place, values, text = chosen_field(fields, mesh, arguments.joints, arguments.step, arguments.magnitude)
+        if place != "joints":
+            raise style.ResultsError(f"{arguments.joints} is a field on {place}: use --rock")
+        draw_joints(figure, axes, mesh.joint_lines, values, text, arguments.joint_limits, arguments.width)
+    elif len(mesh.joints):
+        axes.add_collection(LineCollection(mesh.joint_lines, color="#222222", linewidth=0.6))
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.margins(0.02)
+    axes.grid(False)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    time = fields.times[arguments.step]
+    axes.set_title(f"{fields.stages[arguments.step]}, cycle {fields.cycles[arguments.step]}, t = {time:.4g} s")
+    style.save(figure, arguments.out, run.directory, "map")
+
+
+if __name__ == "__main__":
+    style.run_script(main)

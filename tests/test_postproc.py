@@ -1,0 +1,271 @@
+"""Readers, the reference law and every figure script, on results made from the law itself."""
+
+import contextlib
+import io
+import os
+import runpy
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("MPLCONFIGDIR", tempfile.gettempdir())
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT / "postproc"), str(ROOT / "tests")]
+
+from fake_results import NORMAL_STRESS, cast_joint, write_closure, write_network, write_shear  # noqa: E402
+from femdem_results import Results, ResultsError, parse_deck  # noqa: E402
+from jcm import Joint  # noqa: E402
+
+LENGTHS = [0.06, 0.12, 0.18, 0.36]  # m, of the paper's joints
+
+
+@dataclass
+class Done:
+    """How a script ended"""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def script(name, *arguments):
+    """Run a figure script in this process: a new one would spend its time importing matplotlib"""
+    path = ROOT / "postproc" / f"{name}.py"
+    out, err, status = io.StringIO(), io.StringIO(), 0
+    before = sys.argv
+    sys.argv = [str(path), *map(str, arguments)]
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            runpy.run_path(str(path), run_name="__main__")
+    except SystemExit as stop:
+        status = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+        if isinstance(stop.code, str):
+            err.write(stop.code)
+    finally:
+        sys.argv = before
+    return Done(status, out.getvalue(), err.getvalue())
+
+
+def check_figures(done, stem):
+    """PDF and PNG are there, are what they say, and were named"""
+    assert done.returncode == 0, done.stderr
+    for suffix, start in ((".pdf", b"%PDF"), (".png", b"\x89PNG")):
+        path = stem.with_name(stem.name + suffix)
+        assert path.read_bytes().startswith(start)
+        assert str(path) in done.stdout
+
+
+# ---- The reference law: numbers worked out by hand and given in the theory page ----
+
+
+@pytest.mark.parametrize(("length", "peak"), zip(LENGTHS, [43.62, 33.28, 29.52, 25.09], strict=True))
+def test_peak_stress(length, peak):
+    assert 1000 * cast_joint(length).peak_shear_stress(NORMAL_STRESS) == pytest.approx(peak, abs=0.005)
+
+
+@pytest.mark.parametrize(("length", "closure"), zip(LENGTHS, [0.0470, 0.0624, 0.0744, 0.1033], strict=True))
+def test_closure_at_one_megapascal(length, closure):
+    assert cast_joint(length).closure(1.0) == pytest.approx(closure, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("length", "eq14", "eq15"),
+    zip(LENGTHS, [0.742, 1.103, 1.390, 2.065], [0.426, 0.686, 0.895, 1.391], strict=True),
+)
+def test_peak_displacement(length, eq14, eq15):
+    law = cast_joint(length)
+    assert law.peak_displacement(NORMAL_STRESS) == pytest.approx(eq15, abs=5e-4)
+    law.peak = "eq14"
+    assert law.peak_displacement(NORMAL_STRESS) == pytest.approx(eq14, abs=5e-4)
+
+
+def test_closure_and_stress_are_inverse():
+    law = cast_joint(0.06)
+    stress = np.linspace(0, 5, 30)
+    assert law.normal_stress(law.closure(stress)) == pytest.approx(stress, abs=1e-12)
+
+
+def test_dilation_before_the_peak_has_its_closed_form():
+    law = cast_joint(0.12)
+    up = float(law.peak_displacement(NORMAL_STRESS))
+    m = law.damage_coefficient(NORMAL_STRESS)
+    vp = up * np.tan(np.radians(law.jrcn * np.log10(law.jcsn / NORMAL_STRESS) / (3 * m)))
+    r = np.linspace(0, 1, 41)
+    assert law.dilation(r * up, NORMAL_STRESS) == pytest.approx(vp * (2 * r**2 - r), abs=1e-7)
+    assert law.dilation(0.25 * up, NORMAL_STRESS) == pytest.approx(-vp / 8, abs=1e-7)
+
+
+@pytest.mark.parametrize(("length", "dilation"), zip(LENGTHS, [0.98, 0.88, 0.80, 0.65], strict=True))
+def test_dilation_at_five_millimetres(length, dilation):
+    law = cast_joint(length)
+    law.post_peak = "eq16"
+    assert law.dilation(5.0, NORMAL_STRESS) == pytest.approx(dilation, abs=0.006)
+
+
+def test_stress_starts_at_zero_and_peaks_at_the_peak():
+    law = cast_joint(0.18)
+    up = float(law.peak_displacement(NORMAL_STRESS))
+    u = np.linspace(0, 5 * up, 5001)
+    tau = law.shear_stress(u, NORMAL_STRESS)
+    assert tau[0] == 0
+    assert u[np.argmax(tau)] == pytest.approx(up, rel=1e-3)
+    assert tau.max() == pytest.approx(law.peak_shear_stress(NORMAL_STRESS), rel=1e-9)
+
+
+def test_no_dilation_where_the_stress_exceeds_the_strength():
+    law = cast_joint(0.06)
+    assert law.dilation(1.0, 3.0) == 0
+    assert law.shear_stress(50.0, 3.0) == pytest.approx(3.0 * np.tan(np.radians(32)))
+
+
+def test_total_angle_is_capped():
+    assert np.all(cast_joint(0.06).mobilised_angle(np.linspace(0, 5, 100), 1e-6) <= 70.0 + 1e-12)
+
+
+def test_wrong_choice_is_refused():
+    with pytest.raises(ValueError, match="eq14"):
+        Joint(15, 2, 0.06, 32, 0.06, peak="eq13")
+
+
+# ---- Readers ----
+
+
+def test_deck_is_read():
+    groups = parse_deck("&run title = 'it''s a/b, c', solver='auto' / \n&joint\n l0 = 6.0D-2 ! m\n active = .true.\n/\n")
+    assert groups == [
+        ("run", {"title": "it's a/b, c", "solver": "auto"}),
+        ("joint", {"l0": 0.06, "active": True}),
+    ]
+
+
+def test_history_of_a_run_that_goes_on(tmp_path):
+    run = Results(write_shear(tmp_path))
+    rows = len(run.history)
+    with (tmp_path / "history.csv").open("a") as file:
+        file.write("9.9,1000,2")
+    assert len(run.history) == rows
+    assert run.history.groups == ["joint"]
+    with pytest.raises(ResultsError, match="no column 'nothing'"):
+        run.history["nothing"]
+    with pytest.raises(ResultsError, match="no joint group 'other'"):
+        run.history.group("other")
+
+
+def test_reference_joint_has_the_properties_of_the_deck(tmp_path):
+    law = Results(write_shear(tmp_path, length=0.36)).reference_joint("joint")
+    assert (law.jrc0, law.jcs0, law.l0, law.phi_r, law.length) == (15, 2, 0.06, 32, 0.36)
+    assert law.a0 == pytest.approx(0.3)
+
+
+def test_edges_and_fields(tmp_path):
+    run = Results(write_network(tmp_path))
+    assert run.edges.group[0] == "joint"
+    assert run.edges.length_m[0] == 0.06
+    fields = run.fields
+    assert list(fields.times) == [0.1, 0.2]
+    assert fields.provenance["commit"] == "some commit"
+    assert fields.read("displacement").shape == (41 * 41, 2)
+    assert fields.read("displacement", 0)[-1, 1] == pytest.approx(-4e-4)
+    assert fields.read("jrcn")[0] == 9
+    assert fields.names()["aperture_mm"] == ("joints", "mm", "aperture")
+    assert fields.mesh().joint_lines.shape[1:] == (2, 2)
+    with pytest.raises(ResultsError, match="no field 'nothing'"):
+        fields.read("nothing")
+    with pytest.raises(ResultsError, match="no snapshot 7"):
+        fields.read("jrcn", 7)
+
+
+def test_missing_results_are_said(tmp_path):
+    with pytest.raises(ResultsError, match="no such directory"):
+        Results(tmp_path / "none")
+    with pytest.raises(ResultsError, match=r"history.csv: there is no such file"):
+        _ = Results(tmp_path).history
+
+
+# ---- Scripts ----
+
+
+def test_plot_shear_finds_the_error_put_in(tmp_path):
+    runs = [write_shear(tmp_path / f"{i}", length, 0.01) for i, length in enumerate(LENGTHS)]
+    table = tmp_path / "errors.csv"
+    done = script("plot_shear", *runs, "--out", tmp_path / "shear", "--csv", table)
+    check_figures(done, tmp_path / "shear")
+    rows = [line.split(",") for line in table.read_text().splitlines()[1:]]
+    # A sine of 1 % over many periods: rms 1/sqrt(2) %, worst 1 %
+    assert [float(row[5]) for row in rows] == pytest.approx([0.01 * 100 / np.sqrt(2)] * 4, rel=0.05)
+    assert [abs(float(row[6])) for row in rows] == pytest.approx([1.0] * 4, rel=0.01)
+
+
+def test_plot_shear_takes_either_direction(tmp_path):
+    done = script("plot_shear", write_shear(tmp_path, direction=-1.0))
+    check_figures(done, tmp_path / "figures" / "shear")
+
+
+def test_plot_dilation(tmp_path):
+    runs = [write_shear(tmp_path / f"{i}", length) for i, length in enumerate(LENGTHS)]
+    table = tmp_path / "errors.csv"
+    labels = ["6 cm", "12 cm", "18 cm", "36 cm"]
+    done = script("plot_dilation", *runs, "--labels", *labels, "--out", tmp_path / "d.pdf", "--csv", table)
+    check_figures(done, tmp_path / "d")
+    assert all(float(line.split(",")[4]) < 1e-3 for line in table.read_text().splitlines()[1:])
+
+
+def test_plot_closure_finds_the_error_put_in(tmp_path):
+    table = tmp_path / "errors.csv"
+    done = script("plot_closure", write_closure(tmp_path / "c", 0.06, 0.02), "--csv", table)
+    check_figures(done, tmp_path / "c" / "figures" / "closure")
+    rows = table.read_text().splitlines()[1:]
+    assert len(rows) == 20
+    assert all(float(row.split(",")[4]) == pytest.approx(2.0) for row in rows)
+
+
+def test_plot_energy(tmp_path):
+    done = script("plot_energy", write_shear(tmp_path))
+    check_figures(done, tmp_path / "figures" / "energy")
+    assert "worst residual 0.001 %" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--rock", "stress_1"],
+        ["--joints", "shear_displacement_mm", "--step", "0"],
+        ["--joints", "aperture_mm", "--rock", "displacement.y", "--deformed", "100", "--magnitude"],
+    ],
+)
+def test_plot_map(tmp_path, arguments):
+    done = script("plot_map", write_network(tmp_path), *arguments)
+    check_figures(done, tmp_path / "figures" / "map")
+
+
+def test_plot_map_lists_fields_and_refuses_unknown_ones(tmp_path):
+    directory = write_network(tmp_path)
+    assert "aperture_mm" in script("plot_map", directory, "--list").stdout
+    done = script("plot_map", directory, "--rock", "nothing")
+    assert done.returncode != 0
+    assert "no field 'nothing'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_plot_mesh(tmp_path):
+    done = script("plot_mesh", write_network(tmp_path))
+    check_figures(done, tmp_path / "figures" / "mesh")
+    assert "3200 triangles" in done.stdout
+
+
+def test_plot_history(tmp_path):
+    a, b = write_shear(tmp_path / "a"), write_shear(tmp_path / "b", 0.36)
+    done = script("plot_history", a, b, "--y", "joint.aperture_mm", "joint.dilation_mm")
+    check_figures(done, a / "figures" / "history")
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "postproc").glob("plot_*.py")))
+def test_every_script_explains_itself(name):
+    done = script(name, "--help")
+    assert done.returncode == 0
+    assert "--out" in done.stdout
