@@ -5,7 +5,7 @@
     stress = results.fields.read("stress_xx", step=-1)
     print(results.fields.provenance["commit"])
 
-Numbers of nodes, triangles, joints and groups start at 0, block edges at 1. Everything can be read while the run goes on.
+Numbers of nodes, triangles, joints and groups start at 0, block edges at 1. All can be read while the run goes on.
 """
 
 import csv
@@ -17,7 +17,7 @@ import numpy as np
 
 # The run writes without locks; a reader must not leave one either.
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
-import h5py  # noqa: E402 (after the setting it reads)
+import h5py
 
 
 class ResultsError(Exception):
@@ -205,11 +205,7 @@ class Fields:
         """The mesh of a snapshot"""
         with self._open() as file:
             group = file[self._mesh_group(file, step)]
-            arrays = {
-                name: group[name][...]
-                for name in Mesh.__dataclass_fields__
-                if name != "group_name"
-            }
+            arrays = {name: group[name][...] for name in Mesh.__dataclass_fields__ if name != "group_name"}
             return Mesh(**arrays, group_name=[_plain(name) for name in group["group_name"][...]])
 
 
@@ -367,7 +363,9 @@ class Results:
         deck = self.deck.joint(group)
         law = deck.get("law", "jcm")
         if law not in ("jcm", "jcm_mean"):
-            raise ResultsError(f"{self.deck.path}: group {group!r} follows law = {law!r}, not the empirical law")
+            raise ResultsError(
+                f"{self.deck.path}: group {group!r} follows law = {law!r}, not the empirical law"
+            )
         if length is None:
             edges = self.edges
             lengths = edges.length_m[edges.group == group] if law == "jcm" else edges.length_m

@@ -8,9 +8,9 @@ from pathlib import Path
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
-from cycler import cycler  # noqa: E402
-from femdem_results import Results, ResultsError  # noqa: E402
+import matplotlib.pyplot as plt
+from cycler import cycler
+from femdem_results import Results, ResultsError
 
 # Okabe and Ito's palette, told apart by colour-blind readers and, by its lightness, mostly in grey
 PALETTE = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
@@ -59,6 +59,12 @@ AXIS_NAME = {
     "closure": "Closure",
     "aperture": "Aperture",
     "time": "Time",
+    "stress_xx": "Normal stress in x",
+    "stress_yy": "Normal stress in y",
+    "stress_xy": "Shear stress xy",
+    "stress_1": "Largest compression",
+    "stress_3": "Least compression",
+    "stress_1_angle": "Direction of the largest compression",
 }
 UNITS = ("mm", "MPa", "s", "J", "deg", "m")
 
@@ -69,6 +75,7 @@ def axis_label(column):
     stem, _, unit = name.rpartition("_")
     if unit not in UNITS:
         stem, unit = name, ""
+    unit = "degrees" if unit == "deg" else unit
     text = AXIS_NAME.get(stem, stem.replace("_", " ").capitalize())
     if group:
         text += f", {group}"
@@ -99,7 +106,13 @@ def comparison_legend(axes, labels, **options):
     """One entry a run, and two in grey that say what lines and markers are."""
     line = plt.Line2D([], [], color="#555555")
     points = plt.Line2D(
-        [], [], color="#555555", linestyle="none", marker="o", markerfacecolor="white", markeredgecolor="#555555"
+        [],
+        [],
+        color="#555555",
+        linestyle="none",
+        marker="o",
+        markerfacecolor="white",
+        markeredgecolor="#555555",
     )
     runs = [
         plt.Line2D(
@@ -129,7 +142,9 @@ def save(figure, out, directory, name):
 
 def parser(description, several=True):
     """Arguments that all scripts share."""
-    made = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     if several:
         made.add_argument("results", nargs="+", help="results directories")
         made.add_argument("--labels", nargs="+", help="one label a directory (default: title of the deck)")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Dilation against shear displacement of one or several runs, with eq 18 integrated along the path as points.
 
-    plot_dilation.py results_6cm results_12cm --labels "6 cm" "12 cm" --out dilation
+plot_dilation.py results_6cm results_12cm --labels "6 cm" "12 cm" --out dilation
 """
 
 import figure_style as style

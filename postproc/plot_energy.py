@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The energy balance of a run: work of the loads, where it went, and what is missing.
 
-    plot_energy.py results --out energy
+plot_energy.py results --out energy
 """
 
 import figure_style as style

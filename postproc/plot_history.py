@@ -1,15 +1,20 @@
 #!/usr/bin/env python3
 """Any columns of the history of one or several runs.
 
-    plot_history.py results --y joint.shear_stress_MPa joint.normal_stress_MPa
-    plot_history.py a b --x joint.shear_displacement_mm --y joint.aperture_mm
-    plot_history.py results --list
+plot_history.py results --y joint.shear_stress_MPa joint.normal_stress_MPa
+plot_history.py a b --x joint.shear_displacement_mm --y joint.aperture_mm
+plot_history.py results --list
 """
 
 import figure_style as style
 import matplotlib.pyplot as plt
 
 LINES = ["-", "--", ":", "-."]
+
+
+def quantity(column):
+    """What a column is, without its unit"""
+    return style.axis_label(column).partition(" [")[0]
 
 
 def main():
@@ -31,8 +36,10 @@ def main():
             # One run: a colour a column. Several: a colour a run, a dash a column.
             colour = style.PALETTE[(j if len(runs) == 1 else i) % len(style.PALETTE)]
             line = "-" if len(runs) == 1 else LINES[j % len(LINES)]
-            parts = ([label] if len(runs) > 1 else []) + ([column] if len(arguments.y) > 1 else [])
-            axes.plot(history[arguments.x], history[column], line, color=colour, label=", ".join(parts) or None)
+            parts = ([label] if len(runs) > 1 else []) + ([quantity(column)] if len(arguments.y) > 1 else [])
+            axes.plot(
+                history[arguments.x], history[column], line, color=colour, label=", ".join(parts) or None
+            )
     units = {style.axis_label(column).rpartition("[")[2] for column in arguments.y}
     if len(arguments.y) == 1:
         axes.set_ylabel(style.axis_label(arguments.y[0]))

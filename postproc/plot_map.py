@@ -1,18 +1,21 @@
 #!/usr/bin/env python3
 """A map of a field of the rock, of a quantity of the joints, or of both.
 
-    plot_map.py results --rock stress_1
-    plot_map.py results --joints aperture_mm --step 3 --out aperture
-    plot_map.py results --rock displacement --joints shear_displacement_mm --magnitude
-    plot_map.py results --list
+plot_map.py results --rock stress_1
+plot_map.py results --joints aperture_mm --step 3 --out aperture
+plot_map.py results --rock displacement --joints shear_displacement_mm --magnitude
+plot_map.py results --list
 """
 
 import figure_style as style
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import LinearSegmentedColormap
 
-THIN, THICK = 0.6, 4.0  # line widths in points between the least and the largest value
+THIN, THICK = 0.8, 4.0  # line widths in points between the least and the largest value
+CASING = 0.9  # width in points of the dark line on either side of a joint whose colour may be pale
+QUIET = LinearSegmentedColormap.from_list("quiet", ["#f7f7f7", "#8a8a8a"])  # for rock under coloured joints
 PASCALS = 1e6  # in a megapascal
 
 
@@ -23,7 +26,7 @@ def chosen_field(fields, mesh, name, step, magnitude):
         name, component = name[:-2], "xy".index(name[-1])
     values = fields.read(name, step)
     place, unit, _ = fields.names(step)[name]
-    text = style.axis_label(name).rpartition(" [")[0] or name.replace("_", " ").capitalize()
+    text = style.axis_label(name).partition(" [")[0]
     if values.ndim == 2:
         values = np.hypot(*values.T) if component is None else values[:, component]
         text += "" if component is None else f" in {'xy'[component]}"
@@ -47,12 +50,16 @@ def colours(values, limits):
     return style.SEQUENTIAL, least, largest
 
 
-def draw_rock(figure, axes, corners, values, text, limits):
+def draw_rock(figure, axes, corners, values, text, limits, under_joints):
     colour_map, least, largest = colours(values, limits)
-    drawn = PolyCollection(corners, array=values, cmap=colour_map, edgecolor="face", linewidth=0.1, rasterized=True)
+    if under_joints:
+        colour_map = QUIET
+    drawn = PolyCollection(
+        corners, array=values, cmap=colour_map, edgecolor="face", linewidth=0.1, rasterized=True
+    )
     drawn.set_clim(least, largest)
     axes.add_collection(drawn)
-    figure.colorbar(drawn, ax=axes, label=text, fraction=0.046, pad=0.03)
+    figure.colorbar(drawn, ax=axes, label=text, shrink=0.8)
 
 
 def draw_joints(figure, axes, lines, values, text, limits, width):
@@ -61,6 +68,9 @@ def draw_joints(figure, axes, lines, values, text, limits, width):
     widths = width if width else THIN + (THICK - THIN) * np.clip(np.abs(values) / span, 0, 1)
     # Large values last, so that they are not covered.
     order = np.argsort(np.abs(values))
+    if colour_map == style.DIVERGING:
+        casing = (widths if width else widths[order]) + CASING
+        axes.add_collection(LineCollection(lines[order], color="#333333", linewidth=casing, capstyle="round"))
     drawn = LineCollection(
         lines[order],
         array=values[order],
@@ -70,7 +80,7 @@ def draw_joints(figure, axes, lines, values, text, limits, width):
     )
     drawn.set_clim(least, largest)
     axes.add_collection(drawn)
-    figure.colorbar(drawn, ax=axes, label=text, fraction=0.046, pad=0.03)
+    figure.colorbar(drawn, ax=axes, label=text, shrink=0.8)
 
 
 def main():
@@ -81,8 +91,12 @@ def main():
     arguments.add_argument("--magnitude", action="store_true", help="draw absolute values")
     arguments.add_argument("--rock-limits", nargs=2, type=float, help="range of the rock's colours")
     arguments.add_argument("--joint-limits", nargs=2, type=float, help="range of the joints' colours")
-    arguments.add_argument("--width", type=float, help="width of all joint lines in points (default: by the value)")
-    arguments.add_argument("--deformed", type=float, default=0.0, help="displacements drawn this many times (0)")
+    arguments.add_argument(
+        "--width", type=float, help="width of all joint lines in points (default: by the value)"
+    )
+    arguments.add_argument(
+        "--deformed", type=float, default=0.0, help="displacements drawn this many times (0)"
+    )
     arguments.add_argument("--list", action="store_true", help="list the fields and stop")
     arguments = arguments.parse_args()
     run = style.Results(arguments.results)
@@ -95,7 +109,7 @@ def main():
     if arguments.deformed:
         mesh.coordinates = mesh.coordinates + arguments.deformed * fields.read("displacement", arguments.step)
 
-    figure, axes = plt.subplots()
+    figure, axes = plt.subplots(constrained_layout=True)
     corners = mesh.coordinates[mesh.triangles]
     axes.add_collection(
         LineCollection(mesh.coordinates[mesh.surface[mesh.surface_joint < 0]], color="#333333", linewidth=0.8)
@@ -104,9 +118,11 @@ def main():
         place, values, text = chosen_field(fields, mesh, arguments.rock, arguments.step, arguments.magnitude)
         if place == "joints":
             raise style.ResultsError(f"{arguments.rock} is a quantity of the joints: use --joints")
-        draw_rock(figure, axes, corners, values, text, arguments.rock_limits)
+        draw_rock(figure, axes, corners, values, text, arguments.rock_limits, bool(arguments.joints))
     if arguments.joints:
-        place, values, text = chosen_field(fields, mesh, arguments.joints, arguments.step, arguments.magnitude)
+        place, values, text = chosen_field(
+            fields, mesh, arguments.joints, arguments.step, arguments.magnitude
+        )
         if place != "joints":
             raise style.ResultsError(f"{arguments.joints} is a field on {place}: use --rock")
         draw_joints(figure, axes, mesh.joint_lines, values, text, arguments.joint_limits, arguments.width)
@@ -119,7 +135,9 @@ def main():
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     time = fields.times[arguments.step]
-    axes.set_title(f"{fields.stages[arguments.step]}, cycle {fields.cycles[arguments.step]}, t = {time:.4g} s")
+    axes.set_title(
+        f"{fields.stages[arguments.step]}, cycle {fields.cycles[arguments.step]}, t = {time:.4g} s"
+    )
     style.save(figure, arguments.out, run.directory, "map")
 
 

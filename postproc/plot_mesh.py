@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The mesh of a run with its fractures and groups, and the quality of its triangles.
 
-    plot_mesh.py results --out mesh
+plot_mesh.py results --out mesh
 """
 
 import figure_style as style
@@ -16,7 +16,7 @@ THICK_EDGE, MANY_TRIANGLES = 0.35, 4000
 
 
 def quality(mesh):
-    """4 sqrt(3) area / (sum of squared edges): 1 for an equilateral triangle, 0 for a flat one; and shortest edges [m]"""
+    """4 sqrt(3) area / sum of squared edges (1: equilateral, 0: flat), and the shortest edge [m], of each triangle"""
     corner = mesh.coordinates[mesh.triangles]
     edge = np.roll(corner, -1, axis=1) - corner
     squared = np.sum(edge**2, axis=2)
@@ -26,7 +26,9 @@ def quality(mesh):
 
 def main():
     arguments = style.parser(__doc__, several=False)
-    arguments.add_argument("--step", type=int, default=-1, help="snapshot whose mesh is drawn (default: last)")
+    arguments.add_argument(
+        "--step", type=int, default=-1, help="snapshot whose mesh is drawn (default: last)"
+    )
     arguments.add_argument("--no-edges", action="store_true", help="leave out the edges of the triangles")
     arguments = arguments.parse_args()
     run = style.Results(arguments.results)
@@ -34,7 +36,11 @@ def main():
     value, shortest = quality(mesh)
 
     figure, (axes, side) = plt.subplots(
-        1, 2, gridspec_kw={"width_ratios": [3, 1]}, figsize=(1.35 * style.WIDTH_MM * style.MM, style.HEIGHT_MM * style.MM)
+        1,
+        2,
+        gridspec_kw={"width_ratios": [2.2, 1]},
+        figsize=(1.3 * style.WIDTH_MM * style.MM, style.HEIGHT_MM * style.MM),
+        constrained_layout=True,
     )
     legend = []
     width = 0 if arguments.no_edges else THICK_EDGE * min(1.0, np.sqrt(MANY_TRIANGLES / len(mesh.triangles)))
@@ -48,12 +54,15 @@ def main():
         legend.append(Patch(facecolor=colour, edgecolor="#9a9a9a", label=name))
     for i, group in enumerate(np.unique(mesh.joint_group)):
         chosen = mesh.joint_group == group
-        lines = LineCollection(mesh.joint_lines[chosen], color=style.PALETTE[i % len(style.PALETTE)], linewidth=1.3)
+        lines = LineCollection(
+            mesh.joint_lines[chosen], color=style.PALETTE[i % len(style.PALETTE)], linewidth=1.3
+        )
         axes.add_collection(lines)
         name = mesh.group_name[group] if group >= 0 else "no group"
         legend.append(plt.Line2D([], [], color=style.PALETTE[i % len(style.PALETTE)], label=name))
     axes.set_aspect("equal")
     axes.autoscale_view()
+    axes.margins(0.02)
     axes.grid(False)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
@@ -63,9 +72,10 @@ def main():
     side.set_xlabel("Quality (1: equilateral)")
     side.set_ylabel("Triangles")
     side.set_xlim(0, 1)
-    figure.tight_layout()
     print(f"{len(mesh.triangles)} triangles, {len(mesh.coordinates)} nodes, {len(mesh.joints)} joints")
-    print(f"quality: least {value.min():.3f}, mean {value.mean():.3f}; shortest edge {1000 * shortest.min():.4g} mm")
+    print(
+        f"quality: least {value.min():.3f}, mean {value.mean():.3f}; shortest edge {1000 * shortest.min():.4g} mm"
+    )
     style.save(figure, arguments.out, run.directory, "mesh")
 
 

@@ -79,7 +79,16 @@ def main():
     axes.set_ylim(bottom=0)
     style.comparison_legend(axes, labels)
     style.error_table(
-        ["run", "sn_kPa", "length_m", "peak_eq12_kPa", "peak_run_kPa", "rms_%_of_peak", "worst_%", "worst_at_mm"],
+        [
+            "run",
+            "sn_kPa",
+            "length_m",
+            "peak_eq12_kPa",
+            "peak_run_kPa",
+            "rms_%_of_peak",
+            "worst_%",
+            "worst_at_mm",
+        ],
         table,
         arguments.csv,
     )

@@ -62,15 +62,14 @@ def write_shear(directory, length=0.06, relative_error=0.0, direction=1.0):
     law = cast_joint(length)
     (directory / "deck.nml").write_text(DECK.format(cm=100 * length), encoding="utf-8")
     rows = []
-    for i, u in enumerate(np.concatenate([[0, 0], np.arange(1, 501) * 0.01])):
+    path = np.concatenate([[0, 0], np.arange(1, 501) * 0.01])
+    for i, (u, dilation) in enumerate(zip(path, law.dilation(path, NORMAL_STRESS), strict=True)):
         wrong = relative_error * np.sin(3 * u)
         tau = law.shear_stress(u, NORMAL_STRESS) + wrong * law.peak_shear_stress(NORMAL_STRESS)
         work = 30 * u * length
-        rows.append(
-            [0.01 * i, 1000 * i, 1 + (i > 1), i, 0.001 * work, 0.2 * work, 0.05 * work, 0.7 * work, 0.049 * work]
-            + [work, 1e-5 * work, 1e-4, direction * u, direction * tau, NORMAL_STRESS]
-            + [float(law.dilation(u, NORMAL_STRESS)), float(law.closure(NORMAL_STRESS)), 0.3 + 0.2 * u]
-        )
+        energies = work * np.array([0.001, 0.2, 0.05, 0.7, 0.049, 1.0, 1e-5])
+        joint = [direction * u, direction * tau, NORMAL_STRESS, dilation, float(law.closure(NORMAL_STRESS))]
+        rows.append([0.01 * i, 1000 * i, 1 + (i > 1), i, *energies, 1e-4, *joint, 0.3 + 0.2 * u])
     write_table(directory / "history.csv", COLUMNS, rows)
     write_table(directory / "edges.csv", EDGE_COLUMNS, [[1, "joint", 40, length, 5.0, 5.0, 1.2, 1.2]])
     return directory
@@ -81,7 +80,26 @@ def write_closure(directory, length=0.06, relative_error=0.0):
     directory = write_shear(directory, length)
     law = cast_joint(length)
     rows = [
-        [0.1 * i, i, 1, i, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, s, 0, float(law.closure(s)) * (1 + relative_error), 0.2]
+        [
+            0.1 * i,
+            i,
+            1,
+            i,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            s,
+            0,
+            float(law.closure(s)) * (1 + relative_error),
+            0.2,
+        ]
         for i, s in enumerate(np.linspace(0, 1, 21))
     ]
     write_table(directory / "history.csv", COLUMNS, rows)

@@ -136,7 +136,9 @@ def test_wrong_choice_is_refused():
 
 
 def test_deck_is_read():
-    groups = parse_deck("&run title = 'it''s a/b, c', solver='auto' / \n&joint\n l0 = 6.0D-2 ! m\n active = .true.\n/\n")
+    groups = parse_deck(
+        "&run title = 'it''s a/b, c', solver='auto' / \n&joint\n l0 = 6.0D-2 ! m\n active = .true.\n/\n"
+    )
     assert groups == [
         ("run", {"title": "it's a/b, c", "solver": "auto"}),
         ("joint", {"l0": 0.06, "active": True}),
