@@ -37,7 +37,8 @@ module wall_contact_m
       real(wp), allocatable :: shape(:, :), weight(:), gap(:)
    end type wall_contact_t
 
-   public :: init_wall_contact, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate
+   public :: init_wall_contact, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
+             surfaces_walked
 
 contains
 
@@ -108,6 +109,44 @@ contains
          end if
       end do
    end subroutine continue_straight
+
+   !> Surface edges whose contact belongs to the walls: the walls themselves, and the free surface that continues a lower
+   !> wall straight on, where an upper wall may slide to. Their fracture group; 0 for all others (surface edges).
+   function surfaces_walked(walls, split, handled) result(group)
+      type(wall_contact_t), intent(in) :: walls
+      type(split_mesh_t), intent(in) :: split
+      !> Joints whose walls are in wall contact (joints)
+      logical, intent(in) :: handled(:)
+      integer, allocatable :: group(:)
+      integer :: e
+
+      allocate (group(size(split%surface, 2)), source=0)
+      do e = 1, size(group)
+         if (split%surface_joint(e) == 0) cycle
+         if (handled(split%surface_joint(e))) group(e) = split%joint_group(split%surface_joint(e))
+      end do
+      do e = 1, size(group)
+         if (group(e) == 0 .or. split%surface_side(e) >= 0) cycle
+         call mark(walls%before, e)
+         call mark(walls%after, e)
+      end do
+
+   contains
+
+      !> Mark the free edges that follow edge e.
+      subroutine mark(neighbour, e)
+         integer, intent(in) :: neighbour(:), e
+         integer :: next
+
+         next = neighbour(e)
+         do while (next > 0)
+            if (split%surface_joint(next) > 0 .or. group(next) > 0) return
+            group(next) = group(e)
+            next = neighbour(next)
+         end do
+      end subroutine mark
+
+   end function surfaces_walked
 
    !> Surface edges sorted by the original node they start from (compressed rows).
    subroutine edges_by_start(split, first, starts)

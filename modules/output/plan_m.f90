@@ -29,6 +29,13 @@ contains
       else
          call log%say('walls     none in wall contact')
       end if
+      if (scene%has_contact) then
+         call log%say('contact   other surfaces can meet: potential contact, searched again when one has moved half the skin')
+      else if (.not. scene%deck%contact%active) then
+         call log%say('contact   switched off in the deck (&contact active)')
+      else
+         call log%say('contact   no other surfaces can meet: never searched')
+      end if
    end subroutine say_plan
 
 end module plan_m

@@ -279,6 +279,7 @@ contains
       call file%save('opening', state%opening)
       call file%save('aperture', state%aperture)
       call file%save('facing', scene%walls%facing)
+      if (scene%has_contact) call file%save('contact', scene%contact%save_state())
       associate (e => state%energy)
          call file%save('energy', [e%kinetic, e%strain, e%contact, e%friction, e%damping, e%external, e%initial])
       end associate
@@ -299,7 +300,7 @@ contains
       type(place_t), intent(out) :: place
       type(error_list_t), intent(inout) :: errors
       type(checkpoint_t) :: file
-      real(wp), allocatable :: energy(:), table(:, :)
+      real(wp), allocatable :: energy(:), table(:, :), contact(:)
       integer :: j
 
       call file%open(path, fingerprint_of(scene), errors)
@@ -316,8 +317,13 @@ contains
       call file%load('facing', scene%walls%facing, errors)
       call file%load('energy', energy, errors)
       call file%load('joints', table, errors)
+      if (scene%has_contact) call file%load('contact', contact, errors)
       call file%close(errors)
       if (errors%any()) return
+      if (scene%has_contact) then
+         if (.not. scene%contact%restore_state(scene%split, state%u, contact)) &
+            call errors%add(path//': the contact of the checkpoint does not fit this mesh')
+      end if
       associate (e => state%energy)
          e%kinetic = energy(1); e%strain = energy(2); e%contact = energy(3); e%friction = energy(4)
          e%damping = energy(5); e%external = energy(6); e%initial = energy(7)

@@ -9,7 +9,8 @@ module explicit_m
    use solid_m, only: solid_forces, viscous_forces, strain_energy
    use stable_step_m, only: stable_step
    use wall_contact_m, only: find_overlaps, add_wall_forces
-   use joints_m, only: couple_walls, have_stiffened
+   use contact_m, only: contact_energy_t
+   use joints_m, only: couple_walls, couple_potential, have_stiffened
    use loads_m, only: nodal_loads, smooth_ramp
    use motion_m, only: move_nodes, unbalanced_ratio
    implicit none
@@ -82,6 +83,7 @@ contains
       real(wp) :: elapsed, dt, fraction, level, motion, part
       integer(i8) :: steps_left
       integer :: since_look
+      logical :: searched
 
       if (duration <= 0.0_wp) return
       elapsed = 0.0_wp
@@ -91,14 +93,14 @@ contains
          fraction = elapsed/duration
          call profile(scene, stage, moving, fraction, 0.5_wp*dt/duration, part, motion)
          level = (real(cycle - 1, wp) + part)/real(scene%deck%stage(stage)%cycles, wp)
-         call find_forces(scene, level, state)
+         call find_forces(scene, level, state, searched)
          call move_nodes(scene%loads, motion, scene%local_damping, dt, scene%damping_force, state)
          elapsed = elapsed + dt
          state%time = state%time + dt
          state%step = state%step + 1_i8
          report%steps = report%steps + 1_i8
          steps_left = steps_left - 1_i8
-         if (have_stiffened(scene%joints, state%joint)) call fit_step()
+         if (searched .or. have_stiffened(scene%joints, state%joint)) call fit_step()
          since_look = since_look + 1
          if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
          since_look = 0
@@ -150,12 +152,15 @@ contains
    end subroutine profile
 
    !> All nodal forces at the current displacement.
-   subroutine find_forces(scene, level, state)
+   subroutine find_forces(scene, level, state, searched)
       type(scene_t), intent(inout) :: scene
       !> Loads: 0 at the start of the stage, 1 at its end
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
+      !> Has contact found new pairs, so that the stable step has to be looked at again?
+      logical, intent(out) :: searched
 
+      searched = .false.
       call nodal_loads(scene%loads, scene%split%x, state%u, level, state%load)
       state%solid = 0.0_wp
       call solid_forces(scene%solid, state%u, state%solid)
@@ -163,15 +168,42 @@ contains
          scene%damping_force = 0.0_wp
          call viscous_forces(scene%solid, state%u, state%v, scene%damping_force)
       end if
-      if (scene%has_walls) then
+      if (scene%has_walls .or. scene%has_contact) then
          state%normal = 0.0_wp
          state%friction = 0.0_wp
+      end if
+      if (scene%has_walls) then
          call find_overlaps(scene%walls, scene%split%x, state%u)
          call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
                            state%opening, state%aperture)
          call add_wall_forces(scene%walls, scene%joints%pressure, scene%joints%shear, state%normal, state%friction)
       end if
+      if (scene%has_contact) call find_contact_forces(scene, state, searched)
    end subroutine find_forces
+
+   !> Forces between surfaces that meet, with a new search when something has moved half the skin.
+   subroutine find_contact_forces(scene, state, searched)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      logical, intent(out) :: searched
+      type(contact_energy_t) :: energy
+      real(wp) :: normal(size(state%joint)), shear(size(state%joint))
+      integer :: e
+
+      searched = scene%contact%needs_search(state%u)
+      if (searched) call scene%contact%search(scene%split, state%u)
+      if (scene%has_potential_joints) then
+         call scene%contact%joint_tractions(scene%split, normal, shear)
+         call couple_potential(scene%joints, scene%solid, scene%split%x, state%u, normal, shear, state%joint, &
+                               state%opening, state%aperture)
+         do e = 1, size(scene%friction)
+            associate (j => scene%split%surface_joint(e))
+               if (j > 0) scene%friction(e) = state%joint(j)%mu_mob                                    ! (33)
+            end associate
+         end do
+      end if
+      call scene%contact%forces(scene%split, state%u, state%v, scene%friction, state%normal, state%friction, energy)
+   end subroutine find_contact_forces
 
    !> Have all displacements stayed finite?
    pure logical function all_finite(state)

@@ -128,14 +128,15 @@ contains
       end do
    end subroutine find_pressure
 
-   !> Update all joints in potential contact from the contact forces of the step before.
-   subroutine couple_potential(joints, solid, x, u, contact_stress, point, opening, open_aperture)
+   !> Update all joints in potential contact from the contact forces of the step before; their mobilised friction then
+   !> bounds the friction of the next.
+   subroutine couple_potential(joints, solid, x, u, normal, shear, point, opening, open_aperture)
       type(joints_t), intent(inout) :: joints
       type(solid_t), intent(in) :: solid
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      !> Normal contact force over length (joints) [MPa]
-      real(wp), intent(in) :: contact_stress(:)
+      !> Normal and shear stress of the contact, as means over the joints (joints) [Pa]
+      real(wp), intent(in) :: normal(:), shear(:)
       type(joint_point_t), intent(inout) :: point(:)
       !> Opening w and aperture (joints) [mm]
       real(wp), intent(inout) :: opening(:), open_aperture(:)
@@ -143,8 +144,10 @@ contains
 
       do j = 1, size(joints%law)
          if (joints%wall_handled(j)) cycle
-         joints%contact_stress(j) = contact_stress(j)
+         joints%contact_stress(j) = normal(j)/megapascal
          call update(joints, j, solid, x, u, point(j), opening(j), open_aperture(j))
+         ! The contact, not the law, holds the walls: what counts is the shear stress it found
+         point(j)%tau = shear(j)/megapascal
       end do
    end subroutine couple_potential
 

@@ -15,7 +15,9 @@ module scene_m
    use coulomb_joint_m, only: coulomb_joint_t
    use joint_law_m, only: joint_law_t, joint_law_named, law_jcm, law_jcm_mean, law_coulomb
    use joints_m, only: joints_t, init_joints
-   use wall_contact_m, only: wall_contact_t, init_wall_contact
+   use wall_contact_m, only: wall_contact_t, init_wall_contact, surfaces_walked
+   use contact_m, only: contact_t, contact_options_t
+   use friction_m, only: friction_slider, friction_velocity
    use loads_m, only: loads_t, init_loads, start_stage, group_nodes
    use state_m, only: state_t, init_state
    implicit none
@@ -31,6 +33,9 @@ module scene_m
       type(solid_t) :: solid
       type(joints_t) :: joints
       type(wall_contact_t) :: walls
+      type(contact_t) :: contact
+      !> Friction coefficient of every surface edge in potential contact (surface edges)
+      real(wp), allocatable :: friction(:)
       type(loads_t) :: loads
       !> True nodal mass (nodes) [kg per m] and weight (2, nodes) [N per m]
       real(wp), allocatable :: mass(:), weight(:, :)
@@ -41,7 +46,7 @@ module scene_m
       !> Cundall's local damping (0: none)
       real(wp) :: local_damping = 0.0_wp
       !> What the scene needs
-      logical :: has_walls = .false.
+      logical :: has_walls = .false., has_contact = .false., has_potential_joints = .false.
    contains
       procedure :: until_balanced
       procedure :: longest_rest
@@ -129,7 +134,7 @@ contains
       call scan_topology(scene%split, scene%topology)
       call build_rock(scene)
       call build_joints(scene, log)
-      scene%has_walls = size(scene%walls%joint) > 0
+      call build_contact(scene)
       call init_loads(scene%split, deck%boundary, scene%loads)
       call init_state(scene%mass, size(scene%split%joint, 2), state)
       call start_moving(scene, state)
@@ -210,6 +215,31 @@ contains
       call warn_of_guards(scene, log)
       call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls)
    end subroutine build_joints
+
+   !> Contact between surfaces that no wall contact looks after.
+   subroutine build_contact(scene)
+      type(scene_t), intent(inout) :: scene
+      type(contact_options_t) :: options
+      real(wp), allocatable :: penalty(:)
+      integer :: e
+
+      scene%has_walls = size(scene%walls%joint) > 0
+      scene%has_potential_joints = .not. all(scene%joints%wall_handled)
+      associate (settings => scene%deck%contact)
+         if (.not. settings%active) return
+         options%skin_factor = settings%skin_factor
+         options%tangential_factor = settings%tangential_factor
+         options%friction = merge(friction_velocity, friction_slider, settings%friction == 'velocity')
+         allocate (penalty(size(scene%split%triangle, 2)))
+         do e = 1, size(penalty)
+            penalty(e) = scene%deck%material(material_of(scene, e))%penalty_factor*scene%solid%young(e)
+         end do
+         call scene%contact%init(scene%split, penalty, surfaces_walked(scene%walls, scene%split, scene%joints%wall_handled), &
+                                 options)
+         scene%has_contact = scene%contact%possible
+         allocate (scene%friction(size(scene%split%surface, 2)), source=tan(settings%friction_angle*radians))
+      end associate
+   end subroutine build_contact
 
    !> Index of the deck's &joint group of a joint element.
    pure integer function deck_joint(scene, j) result(group)

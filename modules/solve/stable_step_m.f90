@@ -50,6 +50,7 @@ contains
          call wall_stiffness_bound(scene%walls, &
                                    scene%joints%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
       end if
+      if (scene%has_contact) call scene%contact%add_stiffness(bound)
       ! Local damping adds its part of the force to it while that acts against the motion
       bound = (1.0_wp + scene%local_damping)*bound
    end subroutine stiffness_bound
