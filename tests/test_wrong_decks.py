@@ -15,9 +15,38 @@ ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "tests" / "scenes" / "wrong_decks"
 BASE = (SCENE / "base.nml").read_text()
 CASES = json.loads((SCENE / "cases.json").read_text())
+# Two square blocks, one on the other, with a fracture between them.
 MESH = """$MeshFormat
 2.2 0 8
 $EndMeshFormat
+$PhysicalNames
+5
+1 1 "bottom"
+1 2 "fracture"
+1 3 "top"
+1 4 "side"
+2 5 "rock"
+$EndPhysicalNames
+$Nodes
+6
+1 0 0 0
+2 1 0 0
+3 0 1 0
+4 1 1 0
+5 0 2 0
+6 1 2 0
+$EndNodes
+$Elements
+8
+1 1 2 1 1 1 2
+2 1 2 2 2 3 4
+3 1 2 3 3 5 6
+4 1 2 4 4 4 6
+5 2 2 5 5 1 2 4
+6 2 2 5 5 1 4 3
+7 2 2 5 5 3 4 6
+8 2 2 5 5 3 6 5
+$EndElements
 """
 
 

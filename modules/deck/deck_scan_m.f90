@@ -53,7 +53,7 @@ module deck_scan_m
 
    character, parameter :: tab = achar(9), line_feed = achar(10), carriage_return = achar(13)
    !> Characters that end a word
-   character(len=*), parameter :: word_ends = " =,/&!'"//'"'//tab//line_feed//carriage_return
+   character(len=*), parameter :: word_ends = ' =,/&'//"'!"//'"'//tab//line_feed//carriage_return
    !> Mark that some editors put at the start of a UTF-8 file
    character(len=3), parameter :: byte_order_mark = char(239)//char(187)//char(191)
    !> What a reader of the message should know
@@ -156,7 +156,8 @@ contains
             stray_reported = .false.
          else
             if (.not. stray_reported) then
-               call errors%add(at_line(path, token%line)//'text outside a group: '//excerpt(token%text)//form_of_a_group)
+               call errors%add(at_line(path, token%line)//'text outside a group: '//excerpt(token%text)// &
+                               form_of_a_group)
             end if
             stray_reported = .true.
             call next_token(text, reader, token)
