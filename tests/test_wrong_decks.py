@@ -1,11 +1,9 @@
 """Wrong decks: every one ends with exit status 2 and a message that names what is wrong.
 
 The cases are data: scenes/wrong_decks/cases.json replaces one piece of scenes/wrong_decks/base.nml each.
-The program is that of the build under test, or the one named by the environment variable FEMDEM.
 """
 
 import json
-import os
 import subprocess
 from pathlib import Path
 
@@ -50,23 +48,17 @@ $EndElements
 """
 
 
-@pytest.fixture(scope="session")
-def program(request):
-    named = os.environ.get("FEMDEM")
-    return Path(named).resolve() if named else request.getfixturevalue("femdem")
-
-
-def run(program, arguments, directory):
+def run(femdem, arguments, directory):
     return subprocess.run(
-        [program, *arguments], cwd=directory, capture_output=True, text=True, timeout=60, check=False
+        [femdem, *arguments], cwd=directory, capture_output=True, text=True, timeout=60, check=False
     )
 
 
-def check(program, deck, directory):
-    """Write a deck (text or bytes) beside its mesh and let the program check it."""
+def check(femdem, deck, directory):
+    """Write a deck (text or bytes) beside its mesh and let the femdem check it."""
     (directory / "box.msh").write_text(MESH)
     (directory / "input.nml").write_bytes(deck if isinstance(deck, bytes) else deck.encode())
-    return run(program, ["--check", "input.nml"], directory)
+    return run(femdem, ["--check", "input.nml"], directory)
 
 
 def assert_wrong(result, *fragments):
@@ -80,15 +72,15 @@ def assert_wrong(result, *fragments):
 
 @pytest.mark.fast
 @pytest.mark.parametrize("case", CASES, ids=[case["name"] for case in CASES])
-def test_wrong_deck(case, program, tmp_path):
+def test_wrong_deck(case, femdem, tmp_path):
     assert BASE.count(case["replace"]) == 1, "the piece to replace must be unique in the base deck"
-    result = check(program, BASE.replace(case["replace"], case["by"]), tmp_path)
+    result = check(femdem, BASE.replace(case["replace"], case["by"]), tmp_path)
     assert_wrong(result, "input.nml", *case["expect"])
 
 
 @pytest.mark.fast
-def test_base_deck_is_good(program, tmp_path):
-    result = check(program, BASE, tmp_path)
+def test_base_deck_is_good(femdem, tmp_path):
+    result = check(femdem, BASE, tmp_path)
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
 
@@ -100,28 +92,28 @@ def test_names_are_unique():
 
 
 @pytest.mark.fast
-def test_message_names_the_line(program, tmp_path):
+def test_message_names_the_line(femdem, tmp_path):
     deck = BASE.replace("jrc0 = 9.7", "jrc0 = -3")
     line = deck.splitlines().index("   jrc0 = -3") + 1
     assert_wrong(
-        check(program, deck, tmp_path),
+        check(femdem, deck, tmp_path),
         f"input.nml:{line}: &joint jrc0 = -3: must be at least 0 and at most 30",
     )
 
 
 @pytest.mark.fast
-def test_one_mistake_one_message(program, tmp_path):
+def test_one_mistake_one_message(femdem, tmp_path):
     for wrong in ("jrc0 = -3", "jrc0 = 'rough'", "jrc0 = 1 2"):
-        result = check(program, BASE.replace("jrc0 = 9.7", wrong), tmp_path)
+        result = check(femdem, BASE.replace("jrc0 = 9.7", wrong), tmp_path)
         assert len(result.stderr.splitlines()) == 1, result.stderr
 
 
 @pytest.mark.fast
-def test_no_deck_at_all(program, tmp_path):
-    result = run(program, ["--check", "nothing.nml"], tmp_path)
+def test_no_deck_at_all(femdem, tmp_path):
+    result = run(femdem, ["--check", "nothing.nml"], tmp_path)
     assert_wrong(result, "nothing.nml", "cannot be opened")
     assert len(result.stderr.splitlines()) == 1
-    assert_wrong(run(program, ["--check", "."], tmp_path))
+    assert_wrong(run(femdem, ["--check", "."], tmp_path))
 
 
 @pytest.mark.fast
@@ -130,8 +122,8 @@ def test_no_deck_at_all(program, tmp_path):
     [b"", b"\n\n", b"\x00\x01\xff" * 5000, b"&", b"&runs", b"'", b"=/&"],
     ids=["empty", "blank lines", "binary", "ampersand", "name only", "quote", "signs"],
 )
-def test_no_deck_inside(content, program, tmp_path):
-    assert_wrong(check(program, content, tmp_path), "&run is missing")
+def test_no_deck_inside(content, femdem, tmp_path):
+    assert_wrong(check(femdem, content, tmp_path), "&run is missing")
 
 
 @pytest.mark.fast
@@ -144,14 +136,14 @@ def test_no_deck_inside(content, program, tmp_path):
         (["a.nml", "b.nml"], "one deck at a time"),
     ],
 )
-def test_wrong_command_line(arguments, expect, program, tmp_path):
-    assert_wrong(run(program, arguments, tmp_path), expect)
+def test_wrong_command_line(arguments, expect, femdem, tmp_path):
+    assert_wrong(run(femdem, arguments, tmp_path), expect)
 
 
 @pytest.mark.fast
-def test_help_and_version(program, tmp_path):
+def test_help_and_version(femdem, tmp_path):
     for option, expect in (("--help", "exit status"), ("--version", "femdem 0.")):
-        result = run(program, [option], tmp_path)
+        result = run(femdem, [option], tmp_path)
         assert result.returncode == 0
         assert expect in result.stdout
         assert result.stderr == ""

@@ -97,10 +97,11 @@ contains
          call check_needed(errors, slice, 'sxx', boundary%sxx, 'a far-field stress')
          call check_needed(errors, slice, 'syy', boundary%syy, 'a far-field stress')
       end if
-      if (all(given(velocities)) .and. any(given(loads))) then
-         call errors%add(place//'vx and vy: with both prescribed a load has no effect; leave out one of them')
+      if (any(given(velocities)) .and. any(given(loads))) then
+         call errors%add(place//'prescribes a velocity and a load: must be one or the other; write two &boundary groups')
+      else
+         call check_clash(place, given, given, '', errors)
       end if
-      call check_clash(place, given, given, '', errors)
    end subroutine check_boundary
 
    !> Which of the prescribable variables does a boundary give?
