@@ -21,7 +21,7 @@ module output_group_m
       integer :: fields_every = 0
       !> Cycles between two rows of the history [-]
       integer :: history_every = 1
-      !> Wall-clock time between two checkpoints (0: none) [minutes]
+      !> Wall-clock time after which a cycle ends with a checkpoint (0: every cycle) [minutes]
       real(wp) :: checkpoint_minutes = 10.0_wp
       !> Energies in the history
       logical :: energies = .true.
