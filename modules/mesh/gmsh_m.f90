@@ -12,6 +12,9 @@ module gmsh_m
 
    public :: read_gmsh
 
+   !> Letters of a wrong word that are shown
+   integer, parameter :: longest_word = 20
+   !> Formats read
    character(len=*), parameter :: format_2 = '2.2', format_4 = '4.1'
 
 contains
@@ -101,7 +104,7 @@ contains
          call buffer%get_word(word)
          if (word(1:1) /= '$') then
             call errors%add(path//': a section ($...) is expected at '//buffer%place()//', but found '// &
-                            quoted(word(:min(20, len(word)))))
+                            quoted(word(:min(longest_word, len(word)))))
             return
          end if
          ! The binary numbers begin right behind the line end
@@ -140,8 +143,8 @@ contains
       character(len=:), allocatable :: word
 
       if (buffer%bad) then
-         call errors%add(path//': section $'//section//' cannot be read at '//buffer%place()// &
-                         ' (is the file cut short?)')
+         word = buffer%place()
+         call errors%add(path//': section $'//section//' cannot be read at '//word//found_there(buffer))
          return
       end if
       call buffer%get_word(word)
@@ -150,5 +153,17 @@ contains
                          ' (is the file cut short, or a count wrong?)')
       end if
    end subroutine end_of_section
+
+   !> What a text file has where a number is missing.
+   function found_there(buffer) result(text)
+      type(file_buffer_t), intent(inout) :: buffer
+      character(len=:), allocatable :: text, word
+
+      text = ' (is the file cut short?)'
+      if (buffer%binary) return
+      if (buffer%at_end()) return
+      call buffer%get_word(word)
+      text = ': a number is expected, but found '//quoted(word(:min(longest_word, len(word))))
+   end function found_there
 
 end module gmsh_m
