@@ -1,5 +1,5 @@
-!> A joint with constant friction angle and cohesion (Coulomb), elastic below its strength. It neither mobilises nor dilates.
-!> Units as in jcm_m: MPa, mm, degrees.
+!> A joint with constant friction angle and cohesion (Coulomb), elastic below its strength. It neither mobilises nor
+!> dilates. Units as in jcm_m: MPa, mm, degrees.
 module coulomb_joint_m
    use kinds_m, only: wp
    use constants_m, only: radians

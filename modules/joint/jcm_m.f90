@@ -1,5 +1,5 @@
-!> The empirical joint constitutive model (JCM) of Barton and Bandis: closure, shear strength, mobilisation and dilation of
-!> a rough joint, and the incremental law that a solver calls at every step.
+!> The empirical joint constitutive model (JCM) of Barton and Bandis: closure, shear strength, mobilisation and
+!> dilation of a rough joint, and the incremental law that a solver calls at every step.
 !>
 !> Units of this module: MPa, mm, degrees; joint lengths in m. Compression and closure are positive.
 !> Equation numbers are those of Lei, Latham and Xiang (2016), Rock Mech. Rock Eng. 49:4799-4816.
@@ -272,7 +272,8 @@ contains
 
    ! ---- Roughness at a normal stress -------------------------------------------------------------------------------
 
-   !> log10(JCSn/sn): zero above JCSn, capped where the total angle reaches its limit [-]. (log10 itself is twice as slow.)
+   !> log10(JCSn/sn): zero above JCSn, capped where the total angle reaches its limit [-]. (log10 itself is twice as
+   !> slow.)
    pure real(wp) function roughness_logarithm(edge, sn)
       type(jcm_edge_t), intent(in) :: edge
       !> Normal stress [MPa]
@@ -342,7 +343,8 @@ contains
    ! ---- Shear strength: eqs 12, 13, 16, 17, 33 and Table 1 ---------------------------------------------------------
 
    !> JRCmob/JRCn at u/up = ratio: Table 1, with eq 16 after the peak where the edge asks for it [-]. Zero before the
-   !> onset when roughness is too small a share of phi_r to divide by; the laws themselves work in angles and don't divide.
+   !> onset when roughness is too small a share of phi_r to divide by; the laws themselves work in angles and don't
+   !> divide.
    pure real(wp) function mobilised_ratio(edge, ratio, sn)
       type(jcm_edge_t), intent(in) :: edge
       !> u/up [-], normal stress [MPa]
@@ -524,8 +526,8 @@ contains
       if (sn > edge%least_stress .and. sn < edge%jcsn) logarithm_slope = -1.0_wp/ln10
    end function logarithm_slope
 
-   !> Stiffness in shear of a joint that does not slide: the steepest slope of eq 13 before the peak, so that loading from
-   !> rest follows eq 13 and unloading is never softer than loading [MPa/mm].
+   !> Stiffness in shear of a joint that does not slide: the steepest slope of eq 13 before the peak, so that loading
+   !> from rest follows eq 13 and unloading is never softer than loading [MPa/mm].
    pure real(wp) function elastic_shear_stiffness(edge, sn)
       type(jcm_edge_t), intent(in) :: edge
       !> Normal stress [MPa]
@@ -538,8 +540,8 @@ contains
       elastic_shear_stiffness = pressed/rough%peak*steepest_slope(edge, rough%angle)
    end function elastic_shear_stiffness
 
-   !> Largest d tan(mobilised angle)/d(u/up) before the peak [-]. The angle grows linearly between the nodes of Table 1, so
-   !> that the tangent is steepest at the end of one of the three intervals.
+   !> Largest d tan(mobilised angle)/d(u/up) before the peak [-]. The angle grows linearly between the nodes of Table
+   !> 1, so that the tangent is steepest at the end of one of the three intervals.
    pure real(wp) function steepest_slope(edge, roughness)
       type(jcm_edge_t), intent(in) :: edge
       !> JRCn log10(JCSn/sn) [deg]
@@ -618,7 +620,8 @@ contains
       dilation_increment = -tan(radians*angle)*du                                                   ! (18)
    end function dilation_increment
 
-   !> Dilation between two values of u/up at constant stress, over up [-]: exact before the peak, the mid-point rule after.
+   !> Dilation between two values of u/up at constant stress, over up [-]: exact before the peak, the mid-point rule
+   !> after.
    pure real(wp) function dilation_between(post_peak, from, to, peak_angle)
       !> Post-peak form
       integer, intent(in) :: post_peak
@@ -638,8 +641,8 @@ contains
       end if
    end function dilation_between
 
-   !> Dilation from rest to u/up = ratio at constant stress, over up [-]: the sum of dilation_between over the intervals of
-   !> Table 1, each by the three-point Gauss rule.
+   !> Dilation from rest to u/up = ratio at constant stress, over up [-]: the sum of dilation_between over the
+   !> intervals of Table 1, each by the three-point Gauss rule.
    pure real(wp) function dilation_from_rest(post_peak, ratio, peak_angle)
       !> Post-peak form
       integer, intent(in) :: post_peak
@@ -694,9 +697,9 @@ contains
 
    !> Advance one joint element by a slip du to a new normal stress.
    !>
-   !> Slip beyond the largest |u| reached mobilises roughness (ratio) and dilates; slip below it does neither: the dilation
-   !> is then a function of |u|. The shear stress is that of a spring and a slider: elastic, bounded by the mobilised
-   !> strength. An open joint carries no shear; slip while open leaves the roughness as it was.
+   !> Slip beyond the largest |u| reached mobilises roughness (ratio) and dilates; slip below it does neither: the
+   !> dilation is then a function of |u|. The shear stress is that of a spring and a slider: elastic, bounded by the
+   !> mobilised strength. An open joint carries no shear; slip while open leaves the roughness as it was.
    pure subroutine jcm_update(edge, du, sn_new, state)
       type(jcm_edge_t), intent(in) :: edge
       !> Slip of the step [mm], normal stress at its end (<= 0: open) [MPa]
@@ -721,7 +724,7 @@ contains
          call slip_on_roughness(edge, rough%peak, peak_angle, state)
          call return_to_strength(edge, rough, state)
          state%knn = normal_stiffness(edge%kn0, edge%vm, sn)
-         state%vn = closure(edge%kn0, edge%vm, sn)                                                  ! (5b, 23a first term)
+         state%vn = closure(edge%kn0, edge%vm, sn)                                                  ! (5b, 23a)
       else
          call slip_while_open(edge, state)
          state%knn = 0.0_wp
@@ -774,8 +777,8 @@ contains
    end subroutine slip_while_open
 
    !> Dilation below u_max, a function of |u| alone: the curve of constant stress that ran through the last extension of
-   !> u_max, plus a term linear in |u| that makes it start from zero at u = 0 and end at the dilation reached at u_max. At
-   !> constant stress the linear term vanishes and the walls walk back the way they came.
+   !> u_max, plus a term linear in |u| that makes it start from zero at u = 0 and end at the dilation reached at
+   !> u_max. At constant stress the linear term vanishes and the walls walk back the way they came.
    pure subroutine retrace_dilation(edge, state)
       type(jcm_edge_t), intent(in) :: edge
       type(joint_point_t), intent(inout) :: state

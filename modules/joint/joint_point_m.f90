@@ -1,4 +1,5 @@
-!> State of one joint element, shared by all joint laws. The laws work in MPa and mm; compression and closure are positive.
+!> State of one joint element, shared by all joint laws. The laws work in MPa and mm; compression and closure are
+!> positive.
 module joint_point_m
    use kinds_m, only: wp
    implicit none
@@ -7,7 +8,7 @@ module joint_point_m
    public :: joint_values, joint_from_values
 
    !> Numbers that make up a joint's state
-   integer, parameter, public :: joint_value_count = 17
+   integer, parameter, public :: joint_value_count = 18
 
    !> What one joint element remembers between steps
    type, public :: joint_point_t
@@ -49,9 +50,9 @@ contains
       type(joint_point_t), intent(in) :: point
       real(wp) :: value(joint_value_count)
 
-      value = [point%u, point%u_max, point%ratio, point%tau, point%sn, point%vn, point%dilation, point%v, point%mu_mob, &
-               point%dilation_slope, point%knn, point%ktt, point%dilation_max, point%path_peak, point%path_angle, &
-               point%step_u, point%step_ratio]
+      value = [point%u, point%u_max, point%ratio, point%tau, point%sn, point%vn, point%dilation, point%v, &
+               point%mu_mob, point%dilation_slope, point%knn, point%ktt, point%dilation_max, point%path_peak, &
+               point%path_angle, point%step_u, point%step_ratio, merge(1.0_wp, 0.0_wp, point%sliding)]
    end function joint_values
 
    !> The state from its list of numbers.
@@ -62,7 +63,7 @@ contains
       point = joint_point_t(u=value(1), u_max=value(2), ratio=value(3), tau=value(4), sn=value(5), vn=value(6), &
                             dilation=value(7), v=value(8), mu_mob=value(9), dilation_slope=value(10), knn=value(11), &
                             ktt=value(12), dilation_max=value(13), path_peak=value(14), path_angle=value(15), &
-                            step_u=value(16), step_ratio=value(17))
+                            step_u=value(16), step_ratio=value(17), sliding=value(18) > 0.5_wp)
    end function joint_from_values
 
 end module joint_point_m
