@@ -3,8 +3,8 @@
 !> outer boundary, as deep as a sound contact ever reaches.
 !>
 !> Surface edges that another contact law looks after (the joint's own wall contact) are marked by the caller with the
-!> number of their fracture group. Two triangles that both touch walls of the same marked group never meet here: wherever
-!> these walls slide to, their contact belongs to the other law.
+!> number of their fracture group. Two triangles that both touch walls of the same marked group never meet here:
+!> wherever these walls slide to, their contact belongs to the other law.
 module contact_m
    use kinds_m, only: wp
    use mesh_m, only: split_mesh_t
@@ -37,12 +37,14 @@ module contact_m
    type :: touch_t
       !> Surface edge, its object and the contactor's object
       integer :: edge = 0, target = 0, contactor = 0
-      !> Which edge of the target it is (1..3)
-      integer :: side = 0
+      !> Which edge of the target it is (1..3), and nodes at its start and end
+      integer :: side = 0, from = 0, to = 0
       !> Normal force [N/m], its place along the edge (0..1) and its area coordinates in the contactor
       real(wp) :: normal = 0.0_wp, place = 0.0_wp, lambda(3) = 0.0_wp
       !> Normal stiffness per length of edge [Pa/m]
       real(wp) :: stiffness = 0.0_wp
+      !> Slip of the target against the contactor along the edge since the last step [m]
+      real(wp) :: slip = 0.0_wp
    end type touch_t
 
    !> Contact between the surfaces of a split mesh
@@ -61,6 +63,8 @@ module contact_m
       integer, allocatable :: node(:, :), edge(:, :)
       !> Height of each object over each of its edges (3, objects) [m], its penalty [Pa] and half its skin [m] (objects)
       real(wp), allocatable :: height(:, :), penalty(:), half_skin(:)
+      !> Height that the potential rises over from the surface, the least where there is a choice (objects) [m]
+      real(wp), allocatable :: surface_height(:)
       !> Groups handled elsewhere that each object touches
       type(groups_t) :: handled
       !> Length of each surface edge [m]
@@ -81,6 +85,15 @@ module contact_m
       real(wp) :: spring_energy = 0.0_wp
       !> Did any edge carry a force in the last step?
       logical :: loaded = .false.
+
+      !> Room for the present step: boxes of the near objects (4, objects), directions of their surface edges
+      !> (2, surface edges)
+      real(wp), allocatable :: box(:, :), along(:, :)
+      !> Sums of the touches on each edge: normal force, its products with slip and stiffness (surface edges)
+      real(wp), allocatable :: load(:), load_slip(:), load_stiffness(:)
+      !> Touches of the present step, and their number
+      type(touch_t), allocatable :: touch(:)
+      integer :: touches = 0
    contains
       procedure :: init
       procedure :: needs_search
@@ -116,10 +129,13 @@ contains
       self%elongation = 0.0_wp
       self%stiffness = 0.0_wp
       allocate (self%pair(2, 0), self%near(0), self%pair_penalty(0))
+      allocate (self%along(2, edges), self%load(edges), self%load_slip(edges), self%load_stiffness(edges))
+      allocate (self%touch(16))
       self%possible = surfaces_can_meet(split, handled)
 
       call choose_objects(split, chosen, object_of)
-      allocate (self%node(3, size(chosen)), self%edge(3, size(chosen)), self%height(3, size(chosen)))
+      allocate (self%node(3, size(chosen)), self%edge(3, size(chosen)), self%height(3, size(chosen)), &
+                self%box(4, size(chosen)))
       self%node = split%triangle(:, chosen)
       self%penalty = penalty(chosen)
       self%edge = 0
@@ -169,7 +185,8 @@ contains
       real(wp) :: corner(2, 3), side(3)
       integer :: i, k, n
 
-      allocate (reach(size(split%x, 2)), self%half_skin(size(self%node, 2)))
+      allocate (reach(size(split%x, 2)), self%half_skin(size(self%node, 2)), &
+                self%surface_height(size(self%node, 2)))
       ! Nodes of no object keep this and are told by it
       reach = huge(1.0_wp)
       do i = 1, size(self%node, 2)
@@ -178,6 +195,8 @@ contains
             side(k) = norm2(corner(:, mod(k, 3) + 1) - corner(:, k))
          end do
          self%height(:, i) = twice_area(corner)/side
+         self%surface_height(i) = minval(self%height(:, i), mask=self%edge(:, i) > 0)
+         if (all(self%edge(:, i) == 0)) self%surface_height(i) = minval(self%height(:, i))
          self%half_skin(i) = 0.5_wp*self%options%skin_factor*sum(side)/3.0_wp
          reach(self%node(:, i)) = min(reach(self%node(:, i)), self%half_skin(i))
       end do
@@ -278,201 +297,231 @@ contains
    end function pairs
 
    !> Add normal and friction forces to the nodal forces. Call search first whenever needs_search says so. The slip of
-   !> the slider law is taken from the displacements since the last call: a second call at the same place changes nothing.
+   !> the slider law is taken from the displacements since the last call: a second call at the same place changes
+   !> nothing.
    subroutine forces(self, split, displacement, velocity, friction, normal_force, friction_force, energy)
       class(contact_t), intent(inout) :: self
       type(split_mesh_t), intent(in) :: split
       !> Displacement [m] and velocity [m/s] of every node (2, nodes); velocities matter to the velocity law alone
-      real(wp), intent(in) :: displacement(:, :), velocity(:, :)
+      real(wp), intent(in), contiguous :: displacement(:, :), velocity(:, :)
       !> Friction coefficient of each surface edge (surface edges): mu of eq 4, mu_mob of eq 33
       real(wp), intent(in) :: friction(:)
       !> Normal and tangential contact forces on every node, kept apart for the energy balance (2, nodes) [N/m]
-      real(wp), intent(inout) :: normal_force(:, :), friction_force(:, :)
+      real(wp), intent(inout), contiguous :: normal_force(:, :), friction_force(:, :)
       type(contact_energy_t), intent(out) :: energy
-      type(touch_t), allocatable :: touch(:)
-      integer :: touches
 
       if (size(self%pair, 2) == 0 .and. .not. self%loaded) return
       self%normal = 0.0_wp
       self%shear = 0.0_wp
-      call push_pairs(self, split, displacement, normal_force, touch, touches, energy%overlap)
-      call rub(self, split, displacement, velocity, friction, touch(:touches), friction_force, energy%dissipated)
+      call place_objects(self, split, displacement)
+      call push_pairs(self, split, displacement, normal_force, energy%overlap)
+      call rub(self, displacement, velocity, friction, friction_force, energy%dissipated)
       energy%spring = self%spring_energy
-      self%loaded = touches > 0
-      self%before = displacement(:, self%layer)
+      self%loaded = self%touches > 0
+      call remember(self, displacement)
    end subroutine forces
 
-   !> Normal forces of all pairs, both roles; and the list of surface edges that are touched.
-   subroutine push_pairs(self, split, displacement, force, touch, touches, overlap_energy)
-      class(contact_t), intent(in) :: self
+   !> Boxes and edge directions of the objects that have a neighbour.
+   pure subroutine place_objects(self, split, displacement)
+      class(contact_t), intent(inout) :: self
       type(split_mesh_t), intent(in) :: split
       !> Displacement of every node (2, nodes) [m]
-      real(wp), intent(in) :: displacement(:, :)
-      !> Force on every node (2, nodes) [N/m]
-      real(wp), intent(inout) :: force(:, :)
-      type(touch_t), allocatable, intent(out) :: touch(:)
-      integer, intent(out) :: touches
-      !> Energy of all overlaps [J/m]
-      real(wp), intent(out) :: overlap_energy
-      real(wp), allocatable :: box(:, :)
-      real(wp) :: corner(2, 3, 2)
-      type(push_t) :: push
-      integer :: i, role, target, contactor
+      real(wp), intent(in), contiguous :: displacement(:, :)
+      real(wp) :: corner(2, 3)
+      integer :: i, k
 
-      allocate (box(4, size(self%node, 2)), touch(16))
-      touches = 0
-      overlap_energy = 0.0_wp
       do i = 1, size(self%near)
-         associate (node => self%node(:, self%near(i)))
-            box(:, self%near(i)) = bounds(split%x(:, node) + displacement(:, node))
+         associate (object => self%near(i))
+            do k = 1, 3
+               corner(:, k) = split%x(:, self%node(k, object)) + displacement(:, self%node(k, object))
+            end do
+            self%box(:, object) = bounds(corner)
+            do k = 1, 3
+               if (self%edge(k, object) == 0) cycle
+               self%along(:, self%edge(k, object)) = direction(corner(:, k), corner(:, mod(k, 3) + 1))
+            end do
          end associate
       end do
+   end subroutine place_objects
+
+   !> Unit vector from one point to another.
+   pure function direction(from, to)
+      real(wp), intent(in) :: from(2), to(2)
+      real(wp) :: direction(2)
+
+      direction = to - from
+      direction = direction/sqrt(direction(1)**2 + direction(2)**2)
+   end function direction
+
+   !> Keep the displacements for the slip of the next call.
+   pure subroutine remember(self, displacement)
+      class(contact_t), intent(inout) :: self
+      !> Displacement of every node (2, nodes) [m]
+      real(wp), intent(in), contiguous :: displacement(:, :)
+      integer :: i
+
+      do i = 1, size(self%layer)
+         self%before(:, i) = displacement(:, self%layer(i))
+      end do
+   end subroutine remember
+
+   !> Normal forces of all pairs, both roles; and the list of surface edges that are touched.
+   subroutine push_pairs(self, split, displacement, force, overlap_energy)
+      class(contact_t), intent(inout) :: self
+      type(split_mesh_t), intent(in) :: split
+      !> Displacement of every node (2, nodes) [m]
+      real(wp), intent(in), contiguous :: displacement(:, :)
+      !> Force on every node (2, nodes) [N/m]
+      real(wp), intent(inout), contiguous :: force(:, :)
+      !> Energy of all overlaps [J/m]
+      real(wp), intent(out) :: overlap_energy
+      real(wp) :: corner(2, 3, 2)
+      type(push_t) :: push
+      integer :: i, k, role, target, contactor
+
+      self%touches = 0
+      overlap_energy = 0.0_wp
       do i = 1, size(self%pair, 2)
-         associate (a => box(:, self%pair(1, i)), b => box(:, self%pair(2, i)))
-            if (a(1) > b(2) .or. b(1) > a(2) .or. a(3) > b(4) .or. b(3) > a(4)) cycle
+         associate (a => self%pair(1, i), b => self%pair(2, i))
+            if (self%box(1, a) > self%box(2, b) .or. self%box(1, b) > self%box(2, a)) cycle
+            if (self%box(3, a) > self%box(4, b) .or. self%box(3, b) > self%box(4, a)) cycle
+            call place_corners(split%x, displacement, self%node(:, a), self%node(:, b), corner)
          end associate
-         call place_corners(split, displacement, self%node(:, self%pair(:, i)), corner)
          do role = 1, 2
+            call push_target(corner(:, :, role), corner(:, :, 3 - role), self%pair_penalty(i), push)
+            if (push%energy <= 0.0_wp .and. max(push%normal(1), push%normal(2), push%normal(3)) <= 0.0_wp) cycle
             target = self%pair(role, i)
             contactor = self%pair(3 - role, i)
-            call push_target(corner(:, :, role), corner(:, :, 3 - role), self%pair_penalty(i), push)
-            if (push%energy <= 0.0_wp .and. all(push%normal <= 0.0_wp)) cycle
             overlap_energy = overlap_energy + push%energy
-            force(:, self%node(:, target)) = force(:, self%node(:, target)) + push%target_force
-            force(:, self%node(:, contactor)) = force(:, self%node(:, contactor)) + push%contactor_force
-            call list_touches(self, target, contactor, self%pair_penalty(i), push, touch, touches)
+            do k = 1, 3
+               associate (own => self%node(k, target), other => self%node(k, contactor))
+                  force(:, own) = force(:, own) + push%target_force(:, k)
+                  force(:, other) = force(:, other) + push%contactor_force(:, k)
+               end associate
+            end do
+            call list_touches(self, target, contactor, self%pair_penalty(i), push)
          end do
       end do
    end subroutine push_pairs
 
    !> Corners of two triangles measured from the first corner of the first: the differences of original coordinates and
    !> of displacements are taken apart, so that a small penetration keeps its digits far from the origin.
-   pure subroutine place_corners(split, displacement, node, corner)
-      type(split_mesh_t), intent(in) :: split
-      !> Displacement of every node (2, nodes) [m]
-      real(wp), intent(in) :: displacement(:, :)
-      !> Nodes of both triangles (3, 2)
-      integer, intent(in) :: node(3, 2)
+   pure subroutine place_corners(x, displacement, first, second, corner)
+      !> Original coordinates and displacement of every node (2, nodes) [m]
+      real(wp), intent(in), contiguous :: x(:, :), displacement(:, :)
+      !> Nodes of both triangles (3)
+      integer, intent(in) :: first(3), second(3)
       !> Corners (2, 3, 2) [m]
       real(wp), intent(out) :: corner(2, 3, 2)
-      integer :: i, k
+      integer :: k
 
-      do i = 1, 2
-         do k = 1, 3
-            corner(:, k, i) = (split%x(:, node(k, i)) - split%x(:, node(1, 1))) &
-                              + (displacement(:, node(k, i)) - displacement(:, node(1, 1)))
-         end do
+      do k = 1, 3
+         corner(:, k, 1) = (x(:, first(k)) - x(:, first(1))) + (displacement(:, first(k)) - displacement(:, first(1)))
+         corner(:, k, 2) = (x(:, second(k)) - x(:, first(1))) + (displacement(:, second(k)) - displacement(:, first(1)))
       end do
    end subroutine place_corners
 
    !> Append the pushed edges of a target that are surface edges.
-   subroutine list_touches(self, target, contactor, penalty, push, touch, touches)
-      class(contact_t), intent(in) :: self
+   subroutine list_touches(self, target, contactor, penalty, push)
+      class(contact_t), intent(inout) :: self
       !> Objects
       integer, intent(in) :: target, contactor
       !> Penalty of the pair [Pa]
       real(wp), intent(in) :: penalty
       type(push_t), intent(in) :: push
-      type(touch_t), allocatable, intent(inout) :: touch(:)
-      integer, intent(inout) :: touches
       type(touch_t), allocatable :: longer(:)
       integer :: side
 
       do side = 1, 3
          if (self%edge(side, target) == 0 .or. push%normal(side) <= 0.0_wp) cycle
-         if (touches == size(touch)) then
-            allocate (longer(2*touches))
-            longer(:touches) = touch
-            call move_alloc(longer, touch)
+         if (self%touches == size(self%touch)) then
+            allocate (longer(2*self%touches))
+            longer(:self%touches) = self%touch
+            call move_alloc(longer, self%touch)
          end if
-         touches = touches + 1
-         touch(touches) = touch_t(edge=self%edge(side, target), target=target, contactor=contactor, side=side, &
-                                  normal=push%normal(side), place=push%place(side), lambda=push%lambda(:, side), &
-                                  stiffness=3.0_wp*penalty/surface_height(self, contactor))
+         self%touches = self%touches + 1
+         associate (touch => self%touch(self%touches))
+            touch%edge = self%edge(side, target)
+            touch%target = target
+            touch%contactor = contactor
+            touch%side = side
+            touch%from = self%node(side, target)
+            touch%to = self%node(mod(side, 3) + 1, target)
+            touch%normal = push%normal(side)
+            touch%place = push%place(side)
+            touch%lambda = push%lambda(:, side)
+            touch%stiffness = 3.0_wp*penalty/self%surface_height(contactor)
+         end associate
       end do
    end subroutine list_touches
 
-   !> Height of an object over its surface edge, the one the potential rises from (the least where there is a choice).
-   pure real(wp) function surface_height(self, object)
-      class(contact_t), intent(in) :: self
-      integer, intent(in) :: object
-
-      surface_height = minval(self%height(:, object), mask=self%edge(:, object) > 0)
-      if (all(self%edge(:, object) == 0)) surface_height = minval(self%height(:, object))
-   end function surface_height
-
    !> Friction of all touched edges. The spring belongs to the edge, so that sliding from one contactor to the next
    !> carries its force along; its slip is the mean over the edge's touches weighted with their normal forces.
-   subroutine rub(self, split, displacement, velocity, friction, touch, force, dissipated)
+   subroutine rub(self, displacement, velocity, friction, force, dissipated)
       class(contact_t), intent(inout) :: self
-      type(split_mesh_t), intent(in) :: split
       !> Displacement [m] and velocity [m/s] of every node (2, nodes)
-      real(wp), intent(in) :: displacement(:, :), velocity(:, :)
+      real(wp), intent(in), contiguous :: displacement(:, :), velocity(:, :)
       !> Friction coefficient (surface edges)
       real(wp), intent(in) :: friction(:)
-      type(touch_t), intent(in) :: touch(:)
       !> Force on every node (2, nodes) [N/m]
-      real(wp), intent(inout) :: force(:, :)
+      real(wp), intent(inout), contiguous :: force(:, :)
       !> Energy spent in this step [J/m]
       real(wp), intent(out) :: dissipated
-      real(wp), allocatable :: load(:), slip(:), share(:)
-      real(wp) :: along(2), path(size(touch)), tangential
+      real(wp) :: tangential
       integer :: i
 
-      allocate (load(size(self%length)), slip(size(self%length)), share(size(self%length)))
-      load = 0.0_wp
-      slip = 0.0_wp
-      share = 0.0_wp
-      do i = 1, size(touch)
-         along = edge_direction(split, displacement, touch(i)%edge)
-         path(i) = dot_product(slip_of(self, displacement, touch(i)) - slip_before(self, touch(i)), along)
-         associate (edge => touch(i)%edge)
-            load(edge) = load(edge) + touch(i)%normal
-            slip(edge) = slip(edge) + touch(i)%normal*path(i)
-            share(edge) = share(edge) + touch(i)%normal*touch(i)%stiffness
+      self%load = 0.0_wp
+      self%load_slip = 0.0_wp
+      self%load_stiffness = 0.0_wp
+      do i = 1, self%touches
+         associate (touch => self%touch(i))
+            touch%slip = dot_product(slip_of(self, displacement, touch) - slip_before(self, touch), &
+                                     self%along(:, touch%edge))
+            self%load(touch%edge) = self%load(touch%edge) + touch%normal
+            self%load_slip(touch%edge) = self%load_slip(touch%edge) + touch%normal*touch%slip
+            self%load_stiffness(touch%edge) = self%load_stiffness(touch%edge) + touch%normal*touch%stiffness
          end associate
       end do
 
       dissipated = 0.0_wp
-      if (self%options%friction == friction_slider) call work_springs(self, friction, load, slip, share, dissipated)
+      if (self%options%friction == friction_slider) call work_springs(self, friction, dissipated)
 
-      do i = 1, size(touch)
-         associate (edge => touch(i)%edge)
-            along = edge_direction(split, displacement, edge)
+      do i = 1, self%touches
+         associate (touch => self%touch(i), edge => self%touch(i)%edge)
             if (self%options%friction == friction_velocity) then
-               tangential = velocity_friction(friction(edge)*touch(i)%normal, &
-                                              dot_product(slip_of(self, velocity, touch(i)), along))
-               dissipated = dissipated + tangential*path(i)
+               tangential = velocity_friction(friction(edge)*touch%normal, &
+                                              dot_product(slip_of(self, velocity, touch), self%along(:, edge)))
+               dissipated = dissipated + tangential*touch%slip
             else
-               tangential = self%stiffness(edge)*self%elongation(edge)*touch(i)%normal/load(edge)
+               tangential = self%stiffness(edge)*self%elongation(edge)*touch%normal/self%load(edge)
             end if
-            call drag(self, touch(i), -tangential*along, force)
-            call credit(self, split, displacement, touch(i), along, -tangential)
+            call drag(self, touch, -tangential*self%along(:, edge), force)
+            call credit(self, touch, -tangential)
          end associate
       end do
    end subroutine rub
 
    !> Stretch the friction springs of all surface edges. An edge that has lost its contact lets go of its spring.
-   subroutine work_springs(self, friction, load, slip, share, dissipated)
+   subroutine work_springs(self, friction, dissipated)
       class(contact_t), intent(inout) :: self
-      !> Friction coefficient, normal force [N/m], its products with slip [N] and with stiffness (surface edges)
-      real(wp), intent(in) :: friction(:), load(:), slip(:), share(:)
+      !> Friction coefficient (surface edges)
+      real(wp), intent(in) :: friction(:)
       !> Energy spent [J/m]
       real(wp), intent(inout) :: dissipated
       real(wp) :: stiffness, tangential, stored, spent
       integer :: edge
 
-      do edge = 1, size(load)
-         if (load(edge) > 0.0_wp) then
+      do edge = 1, size(self%load)
+         if (self%load(edge) > 0.0_wp) then
             ! A contactor of another size comes under the edge: the force goes on, the elongation follows
-            stiffness = self%options%tangential_factor*self%length(edge)*share(edge)/load(edge)
+            stiffness = self%options%tangential_factor*self%length(edge)*self%load_stiffness(edge)/self%load(edge)
             tangential = self%stiffness(edge)*self%elongation(edge)
             self%spring_energy = self%spring_energy - 0.5_wp*tangential*self%elongation(edge)
             self%elongation(edge) = tangential/stiffness
             self%spring_energy = self%spring_energy + 0.5_wp*tangential*self%elongation(edge)
             self%stiffness(edge) = stiffness
-            call slide(stiffness, friction(edge)*load(edge), slip(edge)/load(edge), self%elongation(edge), tangential, &
-                       stored, spent)
+            call slide(stiffness, friction(edge)*self%load(edge), self%load_slip(edge)/self%load(edge), &
+                       self%elongation(edge), tangential, stored, spent)
          else if (self%stiffness(edge) > 0.0_wp) then
             call slide(self%stiffness(edge), 0.0_wp, 0.0_wp, self%elongation(edge), tangential, stored, spent)
             self%stiffness(edge) = 0.0_wp
@@ -488,14 +537,12 @@ contains
    pure function slip_of(self, field, touch) result(slip)
       class(contact_t), intent(in) :: self
       !> Displacement [m] or velocity [m/s] of every node (2, nodes)
-      real(wp), intent(in) :: field(:, :)
+      real(wp), intent(in), contiguous :: field(:, :)
       type(touch_t), intent(in) :: touch
       real(wp) :: slip(2)
       integer :: k
 
-      associate (from => self%node(touch%side, touch%target), to => self%node(mod(touch%side, 3) + 1, touch%target))
-         slip = (1.0_wp - touch%place)*field(:, from) + touch%place*field(:, to)
-      end associate
+      slip = (1.0_wp - touch%place)*field(:, touch%from) + touch%place*field(:, touch%to)
       do k = 1, 3
          slip = slip - touch%lambda(k)*field(:, self%node(k, touch%contactor))
       end do
@@ -508,30 +555,26 @@ contains
       real(wp) :: slip(2)
       integer :: k
 
-      associate (from => self%place(self%node(touch%side, touch%target)), &
-                 to => self%place(self%node(mod(touch%side, 3) + 1, touch%target)))
-         slip = (1.0_wp - touch%place)*self%before(:, from) + touch%place*self%before(:, to)
-      end associate
+      slip = (1.0_wp - touch%place)*self%before(:, self%place(touch%from)) &
+             + touch%place*self%before(:, self%place(touch%to))
       do k = 1, 3
          slip = slip - touch%lambda(k)*self%before(:, self%place(self%node(k, touch%contactor)))
       end do
    end function slip_before
 
-   !> A force on the target at a touched place, and its reaction on the contactor, to their nodes: both act at one point,
-   !> so that momentum and moment of momentum are kept.
-   subroutine drag(self, touch, pull, force)
+   !> A force on the target at a touched place, and its reaction on the contactor, to their nodes: both act at one
+   !> point, so that momentum and moment of momentum are kept.
+   pure subroutine drag(self, touch, pull, force)
       class(contact_t), intent(in) :: self
       type(touch_t), intent(in) :: touch
       !> Force on the target (2) [N/m]
       real(wp), intent(in) :: pull(2)
       !> Force on every node (2, nodes) [N/m]
-      real(wp), intent(inout) :: force(:, :)
+      real(wp), intent(inout), contiguous :: force(:, :)
       integer :: k
 
-      associate (from => self%node(touch%side, touch%target), to => self%node(mod(touch%side, 3) + 1, touch%target))
-         force(:, from) = force(:, from) + (1.0_wp - touch%place)*pull
-         force(:, to) = force(:, to) + touch%place*pull
-      end associate
+      force(:, touch%from) = force(:, touch%from) + (1.0_wp - touch%place)*pull
+      force(:, touch%to) = force(:, touch%to) + touch%place*pull
       do k = 1, 3
          associate (node => self%node(k, touch%contactor))
             force(:, node) = force(:, node) - touch%lambda(k)*pull
@@ -539,61 +582,43 @@ contains
       end do
    end subroutine drag
 
-   !> Book a touch on the surface edge of the target, and its reaction on the contactor's surface edge that faces it best.
-   subroutine credit(self, split, displacement, touch, along, shear)
+   !> Book a touch on the surface edge of the target, and its reaction on the contactor's surface edge that faces it
+   !> best.
+   pure subroutine credit(self, touch, shear)
       class(contact_t), intent(inout) :: self
-      type(split_mesh_t), intent(in) :: split
-      !> Displacement of every node (2, nodes) [m]
-      real(wp), intent(in) :: displacement(:, :)
       type(touch_t), intent(in) :: touch
-      !> Direction of the target's edge (2)
-      real(wp), intent(in) :: along(2)
-      !> Tangential force on the target in this direction [N/m]
+      !> Tangential force on the target along its edge [N/m]
       real(wp), intent(in) :: shear
-      real(wp) :: reaction(2), other(2), facing(2), cosine, best
+      real(wp) :: along(2), facing(2), reaction(2), cosine, best
       integer :: k, edge
 
       self%normal(touch%edge) = self%normal(touch%edge) + touch%normal
       self%shear(touch%edge) = self%shear(touch%edge) + shear
+      along = self%along(:, touch%edge)
       best = 0.0_wp
       edge = 0
       do k = 1, 3
          if (self%edge(k, touch%contactor) == 0) cycle
-         other = edge_direction(split, displacement, self%edge(k, touch%contactor))
-         cosine = -dot_product(other, along)
+         cosine = -dot_product(self%along(:, self%edge(k, touch%contactor)), along)
          if (cosine <= best) cycle
          best = cosine
          edge = self%edge(k, touch%contactor)
-         facing = other
       end do
       if (edge == 0) return
+      facing = self%along(:, edge)
       reaction = touch%normal*[along(2), -along(1)] - shear*along
       self%normal(edge) = self%normal(edge) - dot_product(reaction, [facing(2), -facing(1)])
       self%shear(edge) = self%shear(edge) + dot_product(reaction, facing)
    end subroutine credit
 
-   !> Unit vector along a surface edge, its rock on the left.
-   pure function edge_direction(split, displacement, edge) result(along)
-      type(split_mesh_t), intent(in) :: split
-      !> Displacement of every node (2, nodes) [m]
-      real(wp), intent(in) :: displacement(:, :)
-      integer, intent(in) :: edge
-      real(wp) :: along(2)
-
-      associate (from => split%surface(1, edge), to => split%surface(2, edge))
-         along = (split%x(:, to) - split%x(:, from)) + (displacement(:, to) - displacement(:, from))
-      end associate
-      along = along/norm2(along)
-   end function edge_direction
-
    !> Add to each node a bound of the contact stiffness it can feel before the next search, such that the largest
    !> frequency of nodes on contact alone obeys omega**2 <= max(stiffness/mass).
    !>
-   !> A length dl of contact is a spring 3 p/H dl between the edge and the contactor, with weights N on the edge's nodes and
-   !> lambda on the contactor's, each adding up to 1. The sum of the norms of a node's row of 2 x 2 blocks
+   !> A length dl of contact is a spring 3 p/H dl between the edge and the contactor, with weights N on the edge's nodes
+   !> and lambda on the contactor's, each adding up to 1. The sum of the norms of a node's row of 2 x 2 blocks
    !> (Gershgorin) is 2 (3 p/H) integral of N dl = (3 p/H) L for an edge touched over all its length; the contactor's
-   !> nodes get as much from the edges that lie along its own surface edge. Both roles of each surface edge are added, with
-   !> the stiffest neighbour found by the search. Normal and friction springs act at right angles: the stiffer counts.
+   !> nodes get as much from the edges that lie along its own surface edge. Both roles of each surface edge are added,
+   !> with the stiffest neighbour found by the search. Normal and friction springs act at right angles: the stiffer counts.
    !> The bound supposes penetrations that are small against the height of the triangles.
    subroutine add_stiffness(self, stiffness)
       class(contact_t), intent(in) :: self
@@ -655,7 +680,7 @@ contains
       values = [self%spring_energy, self%elongation, self%stiffness, reshape(self%before, [size(self%before)])]
    end function save_state
 
-   !> Go on from a checkpoint: search is due, and forces continues the springs. Returns false when the values do not fit.
+   !> Go on from a checkpoint: search the pairs, continue the springs. False when the values do not fit.
    logical function restore_state(self, split, displacement, values) result(fits)
       class(contact_t), intent(inout) :: self
       type(split_mesh_t), intent(in) :: split
@@ -681,7 +706,8 @@ contains
       real(wp), intent(in) :: corner(2, 3)
       real(wp) :: box(4)
 
-      box = [minval(corner(1, :)), maxval(corner(1, :)), minval(corner(2, :)), maxval(corner(2, :))]
+      box = [min(corner(1, 1), corner(1, 2), corner(1, 3)), max(corner(1, 1), corner(1, 2), corner(1, 3)), &
+             min(corner(2, 1), corner(2, 2), corner(2, 3)), max(corner(2, 1), corner(2, 2), corner(2, 3))]
    end function bounds
 
    pure logical function share_node(a, b)

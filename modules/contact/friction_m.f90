@@ -12,7 +12,7 @@ module friction_m
 
 contains
 
-   !> Spring-slider: stretch the spring by the step's slip, and let the slider give way where the force passes the bound.
+   !> Spring-slider: stretch the spring by the step's slip; the slider gives way where the force passes the bound.
    pure subroutine slide(stiffness, bound, increment, elongation, force, stored, dissipated)
       !> Tangential stiffness kt (> 0) [N/m]
       real(wp), intent(in) :: stiffness

@@ -43,20 +43,22 @@ contains
       !> Penalty p of the pair [Pa]
       real(wp), intent(in) :: penalty
       type(push_t), intent(out) :: push
-      real(wp) :: lambda(3, 3), moment(0:1), excess, centroid(2), along(2), outward(2), force(2), area2, integral
+      real(wp) :: lambda(3, 3), moment(0:1), excess, centroid(2), along(2), outward(2), force(2), area2, scale, integral
       integer :: edge, from, to, k
 
       area2 = twice_area(contactor)
       if (area2 <= 0.0_wp) return
+      scale = 1.0_wp/area2
       do k = 1, 3
-         lambda(:, k) = area_coordinates(contactor, target(:, k))
-      end do
-      do k = 1, 3
-         ! The target lies wholly beyond an edge of the contactor
-         if (all(lambda(k, :) <= 0.0_wp)) return
+         from = mod(k, 3) + 1
+         to = mod(k + 1, 3) + 1
+         lambda(k, :) = ((contactor(1, to) - contactor(1, from))*(target(2, :) - contactor(2, from)) &
+                         - (contactor(2, to) - contactor(2, from))*(target(1, :) - contactor(1, from)))*scale
+         ! The target lies wholly beyond this edge of the contactor
+         if (max(lambda(k, 1), lambda(k, 2), lambda(k, 3)) <= 0.0_wp) return
       end do
 
-      centroid = sum(contactor, dim=2)/3.0_wp
+      centroid = (contactor(:, 1) + contactor(:, 2) + contactor(:, 3))/3.0_wp
       integral = 0.0_wp
       do edge = 1, 3
          from = edge
@@ -66,7 +68,7 @@ contains
          along = target(:, to) - target(:, from)
          ! Normal times edge length
          outward = [along(2), -along(1)]
-         push%normal(edge) = penalty*moment(0)*norm2(along)
+         push%normal(edge) = penalty*moment(0)*sqrt(along(1)**2 + along(2)**2)
          push%place(edge) = moment(1)/moment(0)
          push%lambda(:, edge) = lambda(:, from) + push%place(edge)*(lambda(:, to) - lambda(:, from))
          ! Equation 3: f_n = -n integral of p phi dl, given to both triangles at its own place
@@ -133,7 +135,7 @@ contains
       do i = 1, n - 1
          length = kink(i + 1) - kink(i)
          ! One coordinate is the least between two kinks. At a kink another is as small, but perhaps with fewer digits.
-         active = minloc(start + 0.5_wp*(kink(i) + kink(i + 1))*(finish - start), dim=1)
+         active = least(start + 0.5_wp*(kink(i) + kink(i + 1))*(finish - start))
          a = potential_at(kink(i))
          b = potential_at(kink(i + 1))
          moment(0) = moment(0) + 0.5_wp*length*(a + b)
@@ -182,6 +184,15 @@ contains
          n = n + 1
       end do
    end subroutine find_kinks
+
+   !> Which of three numbers is the least.
+   pure integer function least(value)
+      real(wp), intent(in) :: value(3)
+
+      least = 1
+      if (value(2) < value(1)) least = 2
+      if (value(3) < value(least)) least = 3
+   end function least
 
    pure logical function differ_in_sign(a, b)
       real(wp), intent(in) :: a, b

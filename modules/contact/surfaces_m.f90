@@ -39,14 +39,14 @@ contains
    integer function bodies(split)
       type(split_mesh_t), intent(in) :: split
       integer, allocatable :: parent(:)
-      logical, allocatable :: used(:)
+      logical, allocatable :: in_a_body(:)
       integer :: i, k, a, b
 
-      allocate (parent(size(split%x, 2)), used(size(split%x, 2)))
+      allocate (parent(size(split%x, 2)), in_a_body(size(split%x, 2)))
       parent = [(i, i=1, size(parent))]
-      used = .false.
+      in_a_body = .false.
       do i = 1, size(split%triangle, 2)
-         used(split%triangle(:, i)) = .true.
+         in_a_body(split%triangle(:, i)) = .true.
          do k = 2, 3
             a = root(split%triangle(1, i))
             b = root(split%triangle(k, i))
@@ -55,7 +55,7 @@ contains
       end do
       bodies = 0
       do i = 1, size(parent)
-         if (used(i) .and. parent(i) == i) bodies = bodies + 1
+         if (in_a_body(i) .and. parent(i) == i) bodies = bodies + 1
       end do
 
    contains
@@ -72,8 +72,8 @@ contains
       end function root
    end function bodies
 
-   !> Does the outer boundary turn left, or go straight on, at every node? A hole runs clockwise and turns right. Where a
-   !> fracture reaches the boundary the outline goes on at the node's copy.
+   !> Does the outer boundary turn left, or go straight on, at every node? A hole runs clockwise and turns right. Where
+   !> a fracture reaches the boundary the outline goes on at the node's copy.
    logical function convex_outline(split) result(convex)
       type(split_mesh_t), intent(in) :: split
       integer, allocatable :: leaving(:)
