@@ -618,8 +618,8 @@ contains
    !> and lambda on the contactor's, each adding up to 1. The sum of the norms of a node's row of 2 x 2 blocks
    !> (Gershgorin) is 2 (3 p/H) integral of N dl = (3 p/H) L for an edge touched over all its length; the contactor's
    !> nodes get as much from the edges that lie along its own surface edge. Both roles of each surface edge are added,
-   !> with the stiffest neighbour found by the search. Normal and friction springs act at right angles: the stiffer counts.
-   !> The bound supposes penetrations that are small against the height of the triangles.
+   !> with the stiffest neighbour found by the search. Normal and friction springs act at right angles: the stiffer
+   !> counts. The bound supposes penetrations that are small against the height of the triangles.
    subroutine add_stiffness(self, stiffness)
       class(contact_t), intent(in) :: self
       !> Stiffness of each node (nodes) [N/m per metre of thickness]
