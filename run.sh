@@ -13,7 +13,9 @@ Installs missing Debian packages, builds the program (build/femdem), then for th
      the deck, a Python script beside the deck with its arguments:
          ! mesh: make_mesh.py --length 0.06 --out shear_6cm.msh
   2. runs it; the results go to results/<scene>/<deck>/ where <scene> is the name of the deck's folder
-  3. draws its figure and prints a table of errors, with postproc/<scene>.py or else postproc/history.py
+  3. draws its figures into figures/ there and prints their tables of errors, as comment lines of the deck say,
+     a script of postproc/ with its arguments each:
+         ! figure: plot_shear.py --length 0.06
 
 Without a deck it runs the direct shear test of the paper, input/direct_shear/shear_6cm.nml.
 Environment: PYTHON names the Python to use.
@@ -56,13 +58,18 @@ fi
 say "Running $deck"
 "$release_directory/femdem" --output "$results" "$deck"
 
-figure_script=postproc/$scene.py
-[[ -f $figure_script ]] || figure_script=postproc/history.py
-figure=$results/$scene.png
-"$PYTHON" "$figure_script" "$results" --output "$figure"
+figures=()
+while read -ra figure_command; do
+  say "Figure: ${figure_command[*]}"
+  output=$("$PYTHON" "postproc/${figure_command[0]}" "$results" "${figure_command[@]:1}")
+  say "$output"
+  while read -r line; do
+    [[ $line == *.png ]] && figures+=("$line")
+  done <<<"$output"
+done < <(sed -nE 's/^ *! *figure: *(.+)$/\1/p' "$deck")
+((${#figures[@]})) || say "The deck has no line '! figure: SCRIPT ...'; the scripts are in postproc/"
 
 say "Results: $results"
-say "Figure:  $figure"
-if [[ -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]] && command -v xdg-open >/dev/null; then
-  (xdg-open "$figure" >/dev/null 2>&1 &)
+if ((${#figures[@]})) && [[ -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]] && command -v xdg-open >/dev/null; then
+  (xdg-open "${figures[0]}" >/dev/null 2>&1 &)
 fi

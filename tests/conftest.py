@@ -14,8 +14,10 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """Tests that run the program themselves find it in the environment variable FEMDEM."""
-    os.environ["FEMDEM"] = str((TOP / config.getoption("--build") / "femdem").resolve())
+    """Tests that run programs themselves find them through the environment."""
+    build = (TOP / config.getoption("--build")).resolve()
+    os.environ["FEMDEM_BUILD"] = str(build)
+    os.environ["FEMDEM"] = str(build / "femdem")
 
 
 def pytest_collection_modifyitems(config, items):

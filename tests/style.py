@@ -245,7 +245,11 @@ def check_sources_listed():
     for lists in (path for path in FILES if path.name == "CMakeLists.txt"):
         folder, text = lists.parent, read(lists)
         listed = set(re.findall(r"^\s*(\w+\.f90)\s*\)?\s*$", text, re.MULTILINE))
-        listed |= {f"{name}.pf" for name in re.findall(r"^femdem_unit_test\((\w+)\)", text, re.MULTILINE)}
+        tests = re.findall(r"^femdem_unit_test\((\w+)\)", text, re.MULTILINE)
+        complaints += [
+            f"{name_of(lists)}: {name} is listed twice" for name in set(tests) if tests.count(name) > 1
+        ]
+        listed |= {f"{name}.pf" for name in tests}
         if folder.parent.name == "modules" or name_of(folder) == "tests/unit":
             present = {
                 path.name for path in FILES if path.parent == folder and path.suffix in (".f90", ".pf")
