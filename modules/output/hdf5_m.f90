@@ -4,8 +4,8 @@
 module hdf5_m
    use, intrinsic :: iso_c_binding, only: c_bool, c_char, c_int, c_int64_t, c_loc, c_null_char, c_ptr, c_f_pointer, &
                                                                              c_size_t, c_associated
-   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5pcreate_f, &
-                   h5pclose_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5screate_f, h5screate_simple_f, &
+   use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, h5fclose_f, &
+                   h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5screate_f, h5screate_simple_f, &
                    h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5dcreate_f, h5dopen_f, &
                    h5dwrite_f, h5dread_f, h5dclose_f, h5dget_space_f, h5gcreate_f, h5gclose_f, h5gn_members_f, &
                    h5gget_obj_info_idx_f, h5acreate_by_name_f, h5aopen_by_name_f, h5aexists_by_name_f, h5awrite_f, &
@@ -110,10 +110,13 @@ contains
       character(len=*), intent(in) :: path
       integer(hid_t), intent(out) :: access
       integer :: status
+      logical :: started
 
       self%path = trim(path)
       if (allocated(self%failure)) deallocate (self%failure)
-      call h5open_f(status)
+      ! Starting it again would make its types anew and leave the old ones in memory.
+      call h5iis_valid_f(H5T_NATIVE_DOUBLE, started, status)
+      if (.not. started) call h5open_f(status)
       call self%note(status, 'cannot start the HDF5 library')
       ! Failures are reported by this module, not by the library on the screen.
       call h5eset_auto_f(0, status)
