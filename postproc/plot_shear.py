@@ -14,6 +14,7 @@ import numpy as np
 POINTS_TO_PEAK, POINTS_AFTER = 9, 14
 # A row counts as shear once it has moved this part of the largest displacement
 MOVED = 1e-6
+TABLE = ["run", "sn_kPa", "length_m", "peak_eq12_kPa", "peak_run_kPa", "rms_%_of_peak", "worst_%", "worst_at_mm"]
 
 
 def shear_path(history, group, normal_stress=None):
@@ -37,24 +38,18 @@ def points_along(law, normal_stress, last):
     return np.concatenate([before, np.linspace(up, last, POINTS_AFTER)[1:]]) if last > up else before
 
 
-def main():
-    arguments = style.parser(__doc__)
-    style.joint_arguments(arguments)
-    arguments.add_argument(
-        "--normal-stress", type=float, help="normal stress of eq 13 in MPa (default: mean of the history)"
-    )
-    arguments.add_argument("--unit", choices=["kPa", "MPa"], default="kPa", help="unit of the stress axis")
-    arguments = arguments.parse_args()
-    runs, labels = style.open_results(arguments)
-    scale = 1000.0 if arguments.unit == "kPa" else 1.0
+def draw_shear(axes, runs, labels, group=None, length=None, normal_stress=None, unit="kPa"):
+    """Draw the curves with their empirical points; returns the header and rows of the table of errors.
 
-    figure, axes = plt.subplots()
+    The normal stress [MPa] of eq 13 is the mean of the history unless given; length [m] that of the block edge.
+    """
+    scale = 1000.0 if unit == "kPa" else 1.0
     table = []
     for i, (run, label) in enumerate(zip(runs, labels, strict=True)):
         history = run.history
-        group = history.group(arguments.group)
-        u, tau, sn, _ = shear_path(history, group, arguments.normal_stress)
-        law = run.reference_joint(group, arguments.length)
+        name = history.group(group)
+        u, tau, sn, _ = shear_path(history, name, normal_stress)
+        law = run.reference_joint(name, length)
         style.numeric(axes, np.concatenate([[0], u]), scale * np.concatenate([[0], tau]), i, label)
         at = points_along(law, sn, np.max(u))
         style.empirical(axes, at, scale * law.shear_stress(at, sn), i, label)
@@ -74,24 +69,27 @@ def main():
             ]
         )
     axes.set_xlabel("Shear displacement [mm]")
-    axes.set_ylabel(f"Shear stress [{arguments.unit}]")
+    axes.set_ylabel(f"Shear stress [{unit}]")
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
     style.comparison_legend(axes, labels)
-    style.error_table(
-        [
-            "run",
-            "sn_kPa",
-            "length_m",
-            "peak_eq12_kPa",
-            "peak_run_kPa",
-            "rms_%_of_peak",
-            "worst_%",
-            "worst_at_mm",
-        ],
-        table,
-        arguments.csv,
+    return TABLE, table
+
+
+def main():
+    arguments = style.parser(__doc__)
+    style.joint_arguments(arguments)
+    arguments.add_argument(
+        "--normal-stress", type=float, help="normal stress of eq 13 in MPa (default: mean of the history)"
     )
+    arguments.add_argument("--unit", choices=["kPa", "MPa"], default="kPa", help="unit of the stress axis")
+    arguments = arguments.parse_args()
+    runs, labels = style.open_results(arguments)
+    figure, axes = plt.subplots()
+    header, table = draw_shear(
+        axes, runs, labels, arguments.group, arguments.length, arguments.normal_stress, arguments.unit
+    )
+    style.error_table(header, table, arguments.csv)
     style.save(figure, arguments.out, runs[0].directory, "shear")
 
 
