@@ -98,7 +98,8 @@ contains
          call check_needed(errors, slice, 'syy', boundary%syy, 'a far-field stress')
       end if
       if (any(given(velocities)) .and. any(given(loads))) then
-         call errors%add(place//'prescribes a velocity and a load: must be one or the other; write two &boundary groups')
+         call errors%add(place//'prescribes a velocity and a load: must be one or the other; write '// &
+                         'two &boundary groups')
       else
          call check_clash(place, given, given, '', errors)
       end if
