@@ -39,6 +39,8 @@ module gmsh_table_m
    integer(i8), parameter :: longest_gaps = 64_i8, table_always_allowed = 10000000_i8
    !> Nodes further than this part of the mesh's size from one plane z = constant are out of plane
    real(wp), parameter :: plane_tolerance = 1.0e-9_wp
+   !> Larger coordinates are damaged numbers; their squares could overflow [m]
+   real(wp), parameter :: largest_coordinate = 1.0e30_wp
 
 contains
 
@@ -143,6 +145,7 @@ contains
       call check_nodes(table, path, node_of_number, errors)
       if (errors%count() > before) return
       call check_plane(table, path, errors)
+      if (errors%count() > before) return
       call number_nodes(table, node_of_number, mesh)
       call sort_out(table, node_of_number, mesh)
       call turn_anticlockwise(mesh)
@@ -235,13 +238,17 @@ contains
       end do
    end subroutine check_nodes
 
-   !> The mesh must lie in one plane z = constant.
+   !> The mesh must be of this world and lie in one plane z = constant.
    subroutine check_plane(table, path, errors)
       type(gmsh_table_t), intent(in) :: table
       character(len=*), intent(in) :: path
       type(error_list_t), intent(inout) :: errors
       real(wp) :: extent
 
+      if (maxval(abs(table%x)) > largest_coordinate) then
+         call errors%add(path//': there is a coordinate of '//to_text(maxval(abs(table%x)))//' m; a number is damaged')
+         return
+      end if
       extent = max(maxval(table%x(1, :)) - minval(table%x(1, :)), maxval(table%x(2, :)) - minval(table%x(2, :)))
       if (maxval(table%x(3, :)) - minval(table%x(3, :)) > plane_tolerance*extent) then
          call errors%add(path//': z of the nodes runs from '//to_text(minval(table%x(3, :)))//' to '// &
