@@ -6,7 +6,7 @@ module surfaces_m
    implicit none
    private
 
-   public :: surfaces_can_meet, groups_at_triangles, spread_groups
+   public :: surfaces_can_meet, groups_at_triangles
 
    !> Outline corners that turn back by less than this (sine of the angle) count as straight
    real(wp), parameter :: straight = 1.0e-6_wp
@@ -101,33 +101,6 @@ contains
       end do
       convex = .true.
    end function convex_outline
-
-   !> Give the group of a marked lower wall to the unmarked surface that continues it straight, on which a wall contact
-   !> that walks along surfaces follows the upper wall when it slides off the end of the fracture.
-   pure subroutine spread_groups(split, before, after, handled)
-      type(split_mesh_t), intent(in) :: split
-      !> Surface edge that continues each one straight at its start, and at its end; 0 for none (surface edges)
-      integer, intent(in) :: before(:), after(:)
-      !> Group of each surface edge that another law handles, 0 for the others (surface edges)
-      integer, intent(inout) :: handled(:)
-      integer :: start, edge
-
-      do start = 1, size(handled)
-         if (split%surface_side(start) >= 0 .or. handled(start) == 0) cycle
-         edge = after(start)
-         do while (edge > 0)
-            if (handled(edge) /= 0 .or. split%surface_joint(edge) > 0) exit
-            handled(edge) = handled(start)
-            edge = after(edge)
-         end do
-         edge = before(start)
-         do while (edge > 0)
-            if (handled(edge) /= 0 .or. split%surface_joint(edge) > 0) exit
-            handled(edge) = handled(start)
-            edge = before(edge)
-         end do
-      end do
-   end subroutine spread_groups
 
    !> Groups of the marked surface edges that each of some triangles touches, with an edge or only with a corner.
    function groups_at_triangles(split, handled, triangle) result(groups)
