@@ -244,7 +244,7 @@ def check_sources_listed():
     complaints = []
     for lists in (path for path in FILES if path.name == "CMakeLists.txt"):
         folder, text = lists.parent, read(lists)
-        listed = set(re.findall(r"\b(\w+\.f90)\b", text))
+        listed = set(re.findall(r"^\s*(\w+\.f90)\s*\)?\s*$", text, re.MULTILINE))
         tests = re.findall(r"^femdem_unit_test\((\w+)\)", text, re.MULTILINE)
         complaints += [
             f"{name_of(lists)}: {name} is listed twice" for name in set(tests) if tests.count(name) > 1
