@@ -13,6 +13,9 @@ import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap
 
+TAILS = (
+    1.0  # per cent of the triangles left out at either end of the rock's colours: corners would take them all
+)
 THIN, THICK = 0.8, 4.0  # line widths in points between the least and the largest value
 CASING = 0.9  # width in points of the dark line on either side of a joint whose colour may be pale
 QUIET = LinearSegmentedColormap.from_list("quiet", ["#f7f7f7", "#8a8a8a"])  # for rock under coloured joints
@@ -36,7 +39,7 @@ def chosen_field(fields, mesh, name, step, magnitude):
         values, unit = values / PASCALS, "MPa"
     if place == "nodes":
         values = values[mesh.triangles].mean(axis=1)
-    return place, values, text if unit == "1" else f"{text} [{unit}]"
+    return place, values, text if unit in ("1", "-") else f"{text} [{unit}]"
 
 
 def colours(values, limits):
@@ -51,7 +54,9 @@ def colours(values, limits):
 
 
 def draw_rock(figure, axes, corners, values, text, limits, under_joints):
-    colour_map, least, largest = colours(values, limits)
+    colour_map, least, largest = colours(
+        np.clip(values, *np.percentile(values, [TAILS, 100 - TAILS])), limits
+    )
     if under_joints:
         colour_map = QUIET
     drawn = PolyCollection(
@@ -59,7 +64,9 @@ def draw_rock(figure, axes, corners, values, text, limits, under_joints):
     )
     drawn.set_clim(least, largest)
     axes.add_collection(drawn)
-    figure.colorbar(drawn, ax=axes, label=text, shrink=0.8)
+    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    extend = beyond[bool(np.min(values) < least), bool(np.max(values) > largest)]
+    figure.colorbar(drawn, ax=axes, label=text, shrink=0.8, extend=extend)
 
 
 def draw_joints(figure, axes, lines, values, text, limits, width):

@@ -5,13 +5,14 @@ module hdf5_m
    use, intrinsic :: iso_c_binding, only: c_bool, c_char, c_int, c_int64_t, c_loc, c_null_char, c_ptr, c_f_pointer, &
                                                                              c_size_t, c_associated
    use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, h5fclose_f, &
-                   h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5screate_f, h5screate_simple_f, &
-                   h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5dcreate_f, h5dopen_f, &
-                   h5dwrite_f, h5dread_f, h5dclose_f, h5dget_space_f, h5gcreate_f, h5gclose_f, h5gn_members_f, &
-                   h5gget_obj_info_idx_f, h5acreate_by_name_f, h5aopen_by_name_f, h5aexists_by_name_f, h5awrite_f, &
-                   h5aread_f, h5aclose_f, h5lexists_f, h5ldelete_f, h5kind_to_type, H5_INTEGER_KIND, H5S_SCALAR_F, &
-                   H5F_ACC_TRUNC_F, H5F_ACC_RDWR_F, H5F_ACC_RDONLY_F, H5P_FILE_ACCESS_F, H5P_DATASET_CREATE_F, &
-                   H5T_NATIVE_DOUBLE, H5T_NATIVE_INTEGER, H5T_STRING
+                   h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_shuffle_f, h5screate_f, &
+                   h5screate_simple_f, h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, &
+                   h5dcreate_f, h5dopen_f, h5dwrite_f, h5dread_f, h5dclose_f, h5dget_space_f, h5gcreate_f, &
+                   h5gclose_f, h5gn_members_f, h5gget_obj_info_idx_f, h5acreate_by_name_f, h5aopen_by_name_f, &
+                   h5aexists_by_name_f, h5awrite_f, h5aread_f, h5aclose_f, h5lexists_f, h5ldelete_f, &
+                   h5kind_to_type, H5_INTEGER_KIND, H5S_SCALAR_F, H5F_ACC_TRUNC_F, H5F_ACC_RDWR_F, &
+                   H5F_ACC_RDONLY_F, H5P_FILE_ACCESS_F, H5P_DATASET_CREATE_F, H5T_NATIVE_DOUBLE, &
+                   H5T_NATIVE_INTEGER, H5T_STRING
    use errors_m, only: error_list_t
    use kinds_m, only: wp, i8
    use text_m, only: to_text, quoted

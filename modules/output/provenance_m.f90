@@ -28,14 +28,15 @@ contains
       provenance%version = program_version
       provenance%commit = program_commit
       provenance%compiler = compiler_version()
-      provenance%compiler_options = without_paths(compiler_options())
+      provenance%compiler_options = telling_options(compiler_options())
       provenance%command = command
       provenance%deck = deck
       provenance%date = date(1:4)//'-'//date(5:6)//'-'//date(7:8)//'T'//time(1:2)//':'//time(3:4)//':'//time(5:6)//zone
    end function provenance_of
 
-   !> Compiler options without directories, which say where the program was built and not how.
-   pure function without_paths(options) result(kept)
+   !> The compiler options that say how the program was built: no directories, and not the long list of what the
+   !> processor cannot do that -march=native turns into.
+   pure function telling_options(options) result(kept)
       !> Options separated by blanks
       character(len=*), intent(in) :: options
       character(len=:), allocatable :: kept
@@ -46,11 +47,12 @@ contains
       do while (first <= len(options))
          last = first + index(options(first:)//' ', ' ') - 2
          associate (word => options(first:last))
-            if (word /= '' .and. index(word, '/') == 0 .and. word /= '-I' .and. word /= '-J') kept = kept//' '//word
+            if (index(word, '-') == 1 .and. index(word, '/') == 0 .and. index(word, '-mno-') /= 1 .and. &
+                index(word, '--param') /= 1 .and. word /= '-I' .and. word /= '-J') kept = kept//' '//word
          end associate
          first = last + 2
       end do
-      kept = adjustl(kept)
-   end function without_paths
+      if (kept /= '') kept = kept(2:)
+   end function telling_options
 
 end module provenance_m

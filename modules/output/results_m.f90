@@ -238,7 +238,7 @@ contains
 
       allocate (stress(3, size(scene%solid%area)))
       do e = 1, size(stress, 2)
-         stress(:, e) = -solid_stress(scene%solid, e, state%u)
+         stress(:, e) = solid_stress(scene%solid, e, state%u)
       end do
       call list%add('displacement', 'm', 'displacement', on_nodes, state%u)
       call list%add('velocity', 'm/s', 'velocity', on_nodes, state%v)
