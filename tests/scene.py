@@ -85,7 +85,9 @@ def read_case(path):
             tolerance = evaluate(entry.get("tolerance", 0.0), {})
             tolerance += abs(reference) * evaluate(entry.get("relative_tolerance", 0.0), {})
             checks.append(Check(entry["quantity"], reference, tolerance, entry["why"]))
-    if not data.get("check") and not (path.parent / "check.py").exists():
+    sources = [data["from"]] if isinstance(data.get("from"), str) else data.get("from", [])
+    folders = [path.parent, *(TOP / source for source in sources)]
+    if not data.get("check") and not any((folder / "check.py").exists() for folder in folders):
         wrong.append("nothing is checked: no [[check]] and no check.py")
     if wrong:
         raise SceneError(f"{path}: " + "; ".join(wrong))
@@ -93,7 +95,7 @@ def read_case(path):
         folder=path.parent,
         title=data["title"],
         mark=data["mark"],
-        sources=[data["from"]] if isinstance(data.get("from"), str) else data.get("from", []),
+        sources=sources,
         mesh=[data["mesh"]] if isinstance(data.get("mesh"), str) else data.get("mesh", []),
         deck=data["deck"],
         arguments=data.get("arguments", []),
@@ -150,9 +152,10 @@ def complaints_about(case, results):
                 f"{check.quantity}: expected {check.reference:.6g} within {check.tolerance:.3g}, "
                 f"found {found:.6g} ({check.why})"
             )
-    if (case.folder / "check.py").exists():
+    # In the copy a check.py may also come from another scene, by way of `from`
+    if (results.parent / "check.py").exists():
         try:
-            load_check(case.folder / "check.py").check(results)
+            load_check(results.parent / "check.py").check(results)
         except AssertionError as error:
             complaints.append(f"check.py: {error}")
     return complaints
