@@ -9,7 +9,7 @@ module results_m
    use state_m, only: state_t
    use joint_point_m, only: joint_values, joint_from_values, joint_value_count
    use solid_m, only: solid_stress
-   use history_m, only: history_t
+   use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
    use fields_m, only: fields_t
    use field_list_m, only: field_list_t, on_nodes, on_joints
    use edge_results_m, only: edge_sums, write_edges
@@ -17,15 +17,6 @@ module results_m
    use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash
    implicit none
    private
-
-   integer, parameter :: name_length = 96
-   !> Columns of the history before those of the joint groups, and for each joint group
-   character(len=*), parameter :: run_columns(*) = [character(len=name_length) :: 'time_s', 'step', 'stage', 'cycle', &
-                                                    'kinetic_J', 'strain_J', 'contact_J', 'friction_J', 'damping_J', &
-                                                    'external_J', 'residual_J', 'unbalanced_ratio']
-   character(len=*), parameter :: joint_columns(*) = [character(len=name_length) :: 'shear_displacement_mm', &
-                                                      'shear_stress_MPa', 'normal_stress_MPa', 'dilation_mm', 'closure_mm', &
-                                                      'aperture_mm']
 
    !> Where a run stands, as saved in its checkpoint
    type, public :: place_t
@@ -79,7 +70,7 @@ contains
       !> Does this run go on with an earlier one?
       logical, intent(in) :: restarted
       type(error_list_t), intent(inout) :: errors
-      character(len=name_length), allocatable :: column(:)
+      character(len=column_length), allocatable :: column(:)
       type(field_list_t) :: constant
       character(len=:), allocatable :: deck_text
       type(provenance_t) :: provenance
@@ -88,7 +79,7 @@ contains
       call effective_deck(self%directory//'deck.nml', scene%deck, deck_text, errors)
       if (errors%any()) return
       self%fingerprint = fingerprint_of(scene)
-      column = columns(scene)
+      column = history_columns(scene%deck%joint%group)
       call joint_constants(scene, constant)
       provenance = provenance_of(command, deck_text)
       associate (edge => scene%topology%edge_of_joint)
@@ -134,22 +125,6 @@ contains
       fingerprint%deck = text_hash(trim(scene%deck%run%mesh))
    end function fingerprint_of
 
-   !> Names of the history's columns.
-   pure function columns(scene) result(column)
-      type(scene_t), intent(in) :: scene
-      character(len=name_length), allocatable :: column(:)
-      integer :: g, k
-
-      allocate (column(size(run_columns) + size(scene%deck%joint)*size(joint_columns)))
-      column(:size(run_columns)) = run_columns
-      do g = 1, size(scene%deck%joint)
-         do k = 1, size(joint_columns)
-            column(size(run_columns) + (g - 1)*size(joint_columns) + k) = &
-               trim(scene%deck%joint(g)%group)//'.'//trim(joint_columns(k))
-         end do
-      end do
-   end function columns
-
    !> What a finished cycle leaves behind, as often as the deck asks for it.
    subroutine record(self, scene, state, place, unbalanced, stage_is_over, run_is_over, errors)
       class(results_t), intent(inout) :: self
@@ -184,32 +159,38 @@ contains
       end associate
    end subroutine record
 
-   !> One row of the history: means over each joint group are weighted by length.
+   !> One row of the history, in the order of history_columns.
    pure function row(scene, state, place, unbalanced)
       type(scene_t), intent(in) :: scene
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: place
       real(wp), intent(in) :: unbalanced
       real(wp), allocatable :: row(:)
-      real(wp) :: weight(size(state%joint))
-      integer :: g, first
+      real(wp), allocatable :: mean(:, :)
 
-      allocate (row(size(run_columns) + size(scene%deck%joint)*size(joint_columns)))
-      associate (energy => state%energy)
-         row(:size(run_columns)) = [state%time, real(state%step, wp), real(place%stage, wp), real(place%cycle, wp), &
-                                    energy%kinetic, energy%strain, energy%contact, energy%friction, energy%damping, &
-                                    energy%external, energy%residual(), unbalanced]
+      allocate (mean(size(joint_column), size(scene%deck%joint)))
+      associate (energy => state%energy, joint => state%joint)
+         mean(1, :) = means(joint%u)
+         mean(2, :) = means(joint%tau)
+         mean(3, :) = means(joint%sn)
+         mean(4, :) = means(joint%dilation)
+         mean(5, :) = means(joint%vn)
+         mean(6, :) = means(state%aperture)
+         allocate (row(size(run_column) + size(mean)))
+         row = [state%time, real(state%step, wp), real(place%stage, wp), real(place%cycle, wp), energy%kinetic, &
+                energy%strain, energy%contact, energy%friction, energy%damping, energy%external, energy%residual(), &
+                unbalanced, mean]
       end associate
-      do g = 1, size(scene%deck%joint)
-         weight = merge(scene%joints%length, 0.0_wp, scene%joints%group == g)
-         if (sum(weight) > 0.0_wp) weight = weight/sum(weight)
-         first = size(run_columns) + (g - 1)*size(joint_columns)
-         associate (joint => state%joint)
-            row(first + 1:first + size(joint_columns)) = &
-               [dot_product(weight, joint%u), dot_product(weight, joint%tau), dot_product(weight, joint%sn), &
-                dot_product(weight, joint%dilation), dot_product(weight, joint%vn), dot_product(weight, state%aperture)]
-         end associate
-      end do
+
+   contains
+
+      pure function means(value)
+         real(wp), intent(in) :: value(:)
+         real(wp) :: means(size(scene%deck%joint))
+
+         means = group_means(size(scene%deck%joint), scene%joints%group, scene%joints%length, value)
+      end function means
+
    end function row
 
    !> Properties of the joints that do not change: their law at the scale of their block edge.

@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""Run the series of direct shear and closure tests of the paper and redraw its Figs 4a, 4b, 5a, 5b and 6.
+
+    python3 run_series.py velocity size length closure --results DIR
+
+Each run is a copy of a deck of this folder with a few values changed; decks, meshes and results go to DIR, the
+figures and the table of errors (errors.csv) beside them. Runs that are there already are kept (--again repeats them).
+
+  velocity  Fig 4a: 6 cm, elements of 1 mm, driven at 160, 80, 40, 20 and 10 mm/s (--paper: 5 to 1 mm/s as well)
+  size      Fig 4b: 6 cm, elements of 3, 1.5, 1.25 and 1 mm along the joint
+  length    Figs 5a and 5b: 6, 12, 18 and 36 cm, elements of 1 mm
+  closure   Fig 6: 6 cm, 20 stresses up to 1 MPa
+"""
+
+import argparse
+import csv
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+TOP = HERE.parent.parent
+PROGRAM = TOP / "build" / "femdem"
+POSTPROC = TOP / "postproc"
+NORMAL_STRESS_MPA = "0.0245"
+TRAVEL_PER_CYCLE = 1e-5  # metres: 0.01 mm as in the paper
+VELOCITIES_MM_S = [160, 80, 40, 20, 10]
+PAPER_VELOCITIES_MM_S = [5, 4, 3, 2, 1]
+SIZES_MM = [3.0, 1.5, 1.25, 1.0]
+LENGTHS_CM = [6, 12, 18, 36]
+
+
+def change(deck, group, **values):
+    """Set variables in every group of the deck's text that matches the regular expression `group`."""
+    for name, value in values.items():
+        pattern = rf"(?ms)(^&{group}\b(?:(?!^\s*/|/\s*$).)*?\b{name}\s*=\s*)('[^']*'|[^,\s/]+)"
+        deck, changed = re.subn(pattern, lambda match, value=value: match[1] + str(value), deck)
+        if not changed:
+            sys.exit(f"error: the deck has no &{group} with {name}")
+    return deck
+
+
+def run(deck, mesh_arguments, name, folder, again):
+    """Make mesh and deck, run the program; returns the results directory and the seconds of the solve."""
+    results = folder / name
+    log = results / "run.log"
+    if again or not (log.exists() and "done " in log.read_text()):
+        folder.mkdir(parents=True, exist_ok=True)
+        mesh = folder / f"{name}.msh"
+        make_mesh = [sys.executable, HERE / "make_mesh.py", *mesh_arguments, "--out", mesh]
+        subprocess.run(make_mesh, check=True)
+        path = folder / f"{name}.nml"
+        deck = change(change(deck, "run", mesh=f"'{mesh.name}'"), "output", directory=f"'{name}'")
+        path.write_text(deck)
+        start = time.monotonic()
+        subprocess.run([PROGRAM, "--quiet", path], check=True)
+        print(f"{name}: {time.monotonic() - start:.0f} s", flush=True)
+    return results
+
+
+def shear_deck(length_cm, velocity_mm_s=20.0):
+    """The deck of a length, driven at another velocity over the same travel a cycle."""
+    deck = (HERE / f"shear_{length_cm}cm.nml").read_text()
+    velocity = velocity_mm_s / 1000
+    deck = change(deck, r"boundary group = 'upper_box', stage = 'shear'", vx=f"{velocity:g}")
+    return change(deck, r"stage name = 'shear'", move_time=f"{TRAVEL_PER_CYCLE / velocity:g}")
+
+
+def draw(script, figure, runs, labels, folder, *options):
+    """Draw a figure from several runs; returns the rows of its table of errors."""
+    table = folder / f"{figure}.csv"
+    command = [sys.executable, POSTPROC / script, *runs, "--labels", *labels]
+    subprocess.run([*command, "--out", folder / figure, "--csv", table, *options], check=True)
+    with open(table, newline="") as file:
+        return list(csv.reader(file))
+
+
+def velocity_series(folder, again, paper):
+    """Fig 4a."""
+    velocities = VELOCITIES_MM_S + (PAPER_VELOCITIES_MM_S if paper else [])
+    runs = [
+        run(shear_deck(6, v), ["--length", "0.06", "--size", "0.001"], f"v{v}mm_s", folder, again)
+        for v in velocities
+    ]
+    labels = [f"{v} mm/s" for v in velocities]
+    return [draw("plot_shear.py", "fig4a_velocity", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
+
+
+def size_series(folder, again, _):
+    """Fig 4b."""
+    runs = [
+        run(shear_deck(6), ["--length", "0.06", "--size", f"{h / 1000:g}"], f"h{h:g}mm", folder, again)
+        for h in SIZES_MM
+    ]
+    labels = [f"h = {h:g} mm" for h in SIZES_MM]
+    return [draw("plot_shear.py", "fig4b_size", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
+
+
+def length_series(folder, again, _):
+    """Figs 5a and 5b."""
+    runs = [
+        run(shear_deck(n), ["--length", f"{n / 100:g}", "--size", "0.001"], f"length{n}cm", folder, again)
+        for n in LENGTHS_CM
+    ]
+    labels = [f"{n} cm" for n in LENGTHS_CM]
+    options = ("--normal-stress", NORMAL_STRESS_MPA)
+    return [
+        draw("plot_shear.py", "fig5a_length", runs, labels, folder, *options),
+        draw("plot_dilation.py", "fig5b_length", runs, labels, folder, *options),
+    ]
+
+
+def closure_series(folder, again, _):
+    """Fig 6."""
+    deck = (HERE.parent / "closure" / "closure_6cm.nml").read_text()
+    results = run(deck, ["--length", "0.06", "--size", "0.001"], "closure6cm", folder, again)
+    return [draw("plot_closure.py", "fig6_closure", [results], ["6 cm"], folder)]
+
+
+SERIES = {"velocity": velocity_series, "size": size_series, "length": length_series, "closure": closure_series}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("series", nargs="*", choices=[[], *SERIES], default=list(SERIES), help="default: all")
+    parser.add_argument("--results", type=Path, default=TOP / "results" / "series", help="where everything goes")
+    parser.add_argument("--paper", action="store_true", help="the paper's velocities too (an hour)")
+    parser.add_argument("--again", action="store_true", help="repeat runs that are there already")
+    arguments = parser.parse_args()
+    if not PROGRAM.exists():
+        sys.exit(f"error: {PROGRAM} is missing; build first (./run.sh does)")
+    folder = arguments.results.resolve()
+    with_errors = []
+    for name in arguments.series or SERIES:
+        for header, *rows in SERIES[name](folder, arguments.again, arguments.paper):
+            with_errors += [["series", *header], *([name, *row] for row in rows)]
+    with open(folder / "errors.csv", "w", newline="") as file:
+        csv.writer(file).writerows(with_errors)
+    print(folder / "errors.csv")
+
+
+if __name__ == "__main__":
+    main()
