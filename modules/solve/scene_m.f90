@@ -281,7 +281,8 @@ contains
       law%kind = joint_law_named(settings%law)
       if (law%kind == law_coulomb) then
          law%coulomb = coulomb_joint_t(friction_angle=settings%friction_angle, cohesion=settings%cohesion/megapascal, &
-                                       kn=settings%kn_mpa_mm, ks=settings%ks_mpa_mm, a0=settings%a0_mm)
+                                       kn=settings%kn_mpa_mm, ks=settings%ks_mpa_mm, &
+                                       a0=merge(settings%a0_mm, 0.0_wp, is_set(settings%a0_mm)))
          return
       end if
       parameters = jcm_parameters_t(jrc0=settings%jrc0, jcs0=settings%jcs0_mpa, sigma_c=settings%sigma_c_mpa, &
