@@ -1,0 +1,321 @@
+"""Planar graph of a fracture network in a rectangle: nodes, straight edges, and the operations that make it planar.
+
+The sides of the rectangle are edges of the graph like the fractures, so that a fracture near the boundary is treated
+like one near another fracture. An edge of the boundary has a negative trace (LEFT to TOP).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4  # traces of the sides
+SIDE_NAMES = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
+SIDE_BIT = {LEFT: 1, RIGHT: 2, BOTTOM: 4, TOP: 8}
+COINCIDENT = 1e-9  # of the window's size: nodes nearer than this are one in traces as they were read
+MOST_ROUNDS = 400  # of knitting; a few dozen are usual
+
+
+@dataclass
+class Graph:
+    """Nodes and edges. Operations return a new graph."""
+
+    xy: np.ndarray  # places of the nodes (nodes, 2) [m]
+    side: np.ndarray  # bits of the sides that each node is on (nodes)
+    edge: np.ndarray  # nodes of each edge (edges, 2)
+    trace: np.ndarray  # trace of each edge, negative for the boundary (edges)
+    window: tuple  # x0, y0, x1, y1 [m]
+
+    @property
+    def is_fracture(self):
+        """Is it an edge of a fracture? (edges)"""
+        return self.trace >= 0
+
+    @property
+    def degree(self):
+        """Number of fracture edges at each node (nodes)."""
+        return np.bincount(self.edge[self.is_fracture].ravel(), minlength=len(self.xy))
+
+    @property
+    def lengths(self):
+        """Length of each edge [m]."""
+        return np.hypot(*(self.xy[self.edge[:, 1]] - self.xy[self.edge[:, 0]]).T)
+
+    @property
+    def fracture_length(self):
+        """Length of all fracture edges together [m]."""
+        return float(self.lengths[self.is_fracture].sum())
+
+    @property
+    def size(self):
+        """Longer side of the window [m]."""
+        return max(self.window[2] - self.window[0], self.window[3] - self.window[1])
+
+
+def graph_of(traces, window):
+    """Graph of clipped traces and the window's sides, not yet planar."""
+    x0, y0, x1, y1 = window
+    corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    corner_sides = np.array([5, 6, 10, 9])
+    ends, place = np.unique(traces.segment.reshape(-1, 2), axis=0, return_inverse=True)
+    edge = place.reshape(-1, 2) + 4
+    return Graph(
+        np.vstack([corners, ends]),
+        np.concatenate([corner_sides, np.zeros(len(ends), dtype=int)]),
+        np.vstack([[[0, 1], [1, 2], [2, 3], [3, 0]], edge]),
+        np.concatenate([[BOTTOM, RIGHT, TOP, LEFT], traces.trace]),
+        tuple(window),
+    )
+
+
+def tidy(graph, counts):
+    """Drop edges without length, edges that are there already, edges along the boundary, and unused nodes."""
+    edge, trace = graph.edge, graph.trace
+    keep = edge[:, 0] != edge[:, 1]
+    along = (graph.side[edge[:, 0]] & graph.side[edge[:, 1]] != 0) & (trace >= 0)
+    counts["pieces along the boundary dropped"] += int((keep & along).sum())
+    keep &= ~along
+    # The boundary first, then traces in order: the first edge between two nodes stays
+    order = np.flatnonzero(keep)[np.argsort(trace[keep], kind="stable")]
+    _, first = np.unique(np.sort(edge[order], axis=1), axis=0, return_index=True)
+    counts["pieces that lie on others dropped"] += len(order) - len(first)
+    order = np.sort(order[first])
+    edge, trace = edge[order], trace[order]
+    used = np.zeros(len(graph.xy), dtype=bool)
+    used[edge.ravel()] = True
+    number = np.cumsum(used) - 1
+    return Graph(graph.xy[used], graph.side[used], number[edge], trace, graph.window)
+
+
+def knit(graph, tolerance, counts):
+    """Make the graph planar with nothing nearer than the tolerance [m].
+
+    Nodes near each other become one; tips near an edge are moved onto it; edges are led through other nodes near them;
+    edges that cross get a node there. Repeated until there is nothing left to do, since each change may bring about
+    another.
+    """
+    graph = tidy(graph, counts)
+    for _ in range(MOST_ROUNDS):
+        for change in (merge_nodes, split_at_nodes, split_at_crossings):
+            graph, changed = change(graph, tolerance, counts)
+            if changed:
+                graph = tidy(graph, counts)
+                break
+        else:
+            return graph
+    raise RuntimeError(f"cleaning does not come to an end with the tolerance {tolerance:g} m")
+
+
+def merge_nodes(graph, tolerance, counts):
+    """Join pairs of nodes nearer than the tolerance, the nearest pairs first, each node once."""
+    pairs = cKDTree(graph.xy).query_pairs(tolerance, output_type="ndarray")
+    if len(pairs) == 0:
+        return graph, False
+    distance = np.hypot(*(graph.xy[pairs[:, 0]] - graph.xy[pairs[:, 1]]).T)
+    xy, side = graph.xy.copy(), graph.side.copy()
+    rank = node_ranks(graph)
+    becomes = np.arange(len(xy))
+    taken = np.zeros(len(xy), dtype=bool)
+    for i, j in pairs[np.lexsort((pairs[:, 1], pairs[:, 0], distance))]:
+        if taken[i] or taken[j]:
+            continue
+        taken[i] = taken[j] = True
+        both = side[i] | side[j]
+        if rank[i] == rank[j] and rank[i] < 4:
+            place = (xy[i] + xy[j]) / 2
+        else:
+            place = xy[i] if rank[i] > rank[j] else xy[j]
+        xy[i], side[i], becomes[j] = on_sides(place, both, graph.window), both, i
+        counts["nodes near each other joined"] += 1
+    return Graph(xy, side, becomes[graph.edge], graph.trace, graph.window), True
+
+
+def node_ranks(graph):
+    """Which of two nodes stays where it is: a corner, then the boundary, a junction, a bend, a tip (nodes)."""
+    degree = graph.degree
+    corner = np.isin(graph.side, [5, 6, 9, 10])
+    return np.select([corner, graph.side > 0, degree > 2, degree == 2], [4, 3, 2, 1], 0)
+
+
+def on_sides(place, side, window):
+    """A place moved onto the sides it belongs to."""
+    x, y = place
+    x = window[0] if side & 1 else window[2] if side & 2 else x
+    y = window[1] if side & 4 else window[3] if side & 8 else y
+    return np.array([x, y])
+
+
+def split_at_nodes(graph, tolerance, counts):
+    """Split edges at nodes nearer than the tolerance; tips and nodes near the boundary move onto the edge."""
+    node, edge, part, distance = nodes_near_edges(graph, tolerance)
+    if len(node) == 0:
+        return graph, False
+    xy, side, degree = graph.xy.copy(), graph.side.copy(), graph.degree
+    moved = np.zeros(len(xy), dtype=bool)
+    cuts = {}
+    # Boundary first, then the nearest: a node moves once
+    for k in np.lexsort((distance, graph.trace[edge] >= 0)):
+        n, e = int(node[k]), int(edge[k])
+        boundary = graph.trace[e] < 0
+        if moved[n] or moved[graph.edge[e]].any():
+            continue
+        if boundary:
+            side[n] |= SIDE_BIT[graph.trace[e]]
+            xy[n] = on_sides(xy[n], side[n], graph.window)
+            counts["ends near the boundary moved onto it" if degree[n] == 1 else "bends near the boundary"] += 1
+        elif degree[n] == 1 and side[n] == 0:
+            a, b = graph.xy[graph.edge[e]]
+            xy[n] = a + part[k] * (b - a)
+            counts["tips near a trace moved onto it"] += 1
+        else:
+            counts["traces led through a node near them"] += 1
+        moved[n] = True
+        cuts.setdefault(e, []).append((part[k], n))
+    return cut_edges(graph, xy, side, cuts), True
+
+
+def split_at_crossings(graph, tolerance, counts):  # noqa: ARG001 - one form for all changes
+    """Give edges that cross a node where they do."""
+    first, second, place, part = crossings(graph)
+    if len(first) == 0:
+        return graph, False
+    counts["crossings found"] += len(first)
+    cuts = {}
+    for k, (i, j) in enumerate(zip(first, second, strict=True)):
+        cuts.setdefault(int(i), []).append((part[k, 0], len(graph.xy) + k))
+        cuts.setdefault(int(j), []).append((part[k, 1], len(graph.xy) + k))
+    boundary = np.minimum(graph.trace[first], graph.trace[second])
+    new_side = np.array([SIDE_BIT.get(int(trace), 0) for trace in boundary])
+    place = np.array([on_sides(p, s, graph.window) for p, s in zip(place, new_side, strict=True)])
+    return cut_edges(graph, np.vstack([graph.xy, place]), np.concatenate([graph.side, new_side]), cuts), True
+
+
+def cut_edges(graph, xy, side, cuts):
+    """Replace edges by chains through nodes: cuts is {edge: [(part of its length, node)]}."""
+    keep = np.ones(len(graph.edge), dtype=bool)
+    keep[list(cuts)] = False
+    new_edge, new_trace = [], []
+    for e, nodes in cuts.items():
+        chain = [graph.edge[e, 0], *[n for _, n in sorted(nodes)], graph.edge[e, 1]]
+        new_edge += list(zip(chain[:-1], chain[1:], strict=True))
+        new_trace += [graph.trace[e]] * (len(chain) - 1)
+    edge = np.vstack([graph.edge[keep], np.array(new_edge, dtype=int).reshape(-1, 2)])
+    trace = np.concatenate([graph.trace[keep], np.array(new_trace, dtype=int)])
+    return Graph(xy, side, edge, trace, graph.window)
+
+
+def nodes_near_edges(graph, tolerance):
+    """Nodes within a tolerance [m] of the inside of an edge that is not theirs: node, edge, part, distance [m]."""
+    cells = EdgeCells(graph, tolerance)
+    node, edge = cells.nodes_and_edges()
+    start = graph.xy[graph.edge[edge, 0]]
+    along = graph.xy[graph.edge[edge, 1]] - start
+    beyond = graph.xy[node] - start
+    squared = (along**2).sum(axis=1)
+    part = (along * beyond).sum(axis=1) / squared
+    distance = np.abs(along[:, 0] * beyond[:, 1] - along[:, 1] * beyond[:, 0]) / np.sqrt(squared)
+    own = (graph.edge[edge] == node[:, None]).any(axis=1)
+    # A node that is on this side of the boundary already is at one of its nodes
+    near = (distance < tolerance) & (part > 0.0) & (part < 1.0) & ~own
+    return node[near], edge[near], part[near], distance[near]
+
+
+def crossings(graph):
+    """Pairs of edges that cross: first, second, place (pairs, 2) [m], part of each edge's length (pairs, 2)."""
+    first, second = EdgeCells(graph, 0.0).edge_pairs()
+    a, b = graph.xy[graph.edge[first, 0]], graph.xy[graph.edge[second, 0]]
+    r, s = graph.xy[graph.edge[first, 1]] - a, graph.xy[graph.edge[second, 1]] - b
+    shared = (graph.edge[first][:, :, None] == graph.edge[second][:, None, :]).any(axis=(1, 2))
+    turn = cross(r, s)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = np.stack([cross(b - a, s) / turn, cross(b - a, r) / turn], axis=1)
+    meets = ~shared & (turn != 0.0) & (part > 0.0).all(axis=1) & (part < 1.0).all(axis=1)
+    return first[meets], second[meets], (a + part[:, :1] * r)[meets], part[meets]
+
+
+def cross(r, s):
+    """Component out of the plane of the product of vectors (n, 2)."""
+    return r[..., 0] * s[..., 1] - r[..., 1] * s[..., 0]
+
+
+class EdgeCells:
+    """Square cells over the edges, to find what is near them in linear time."""
+
+    def __init__(self, graph, reach):
+        self.graph = graph
+        lengths = graph.lengths
+        area = (graph.window[2] - graph.window[0]) * (graph.window[3] - graph.window[1])
+        self.origin = graph.xy.min(axis=0) - reach
+        self.cell = max(lengths.mean(), 4 * reach, np.sqrt(area / (4 * len(lengths))))
+        ends = graph.xy[graph.edge]
+        low = self.index(ends.min(axis=1) - reach)
+        high = self.index(ends.max(axis=1) + reach)
+        wide = high - low + 1
+        self.columns = int(high[:, 0].max()) + 2
+        count = wide[:, 0] * wide[:, 1]
+        edge = np.repeat(np.arange(len(count)), count)
+        place = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+        column = low[edge, 0] + place % wide[edge, 0]
+        row = low[edge, 1] + place // wide[edge, 0]
+        # Only the cells that the edge passes, not all of the rectangle around it
+        centre = self.origin + (np.stack([column, row], axis=1) + 0.5) * self.cell
+        along = ends[edge, 1] - ends[edge, 0]
+        beside = np.abs(cross(along, centre - ends[edge, 0])) / np.maximum(lengths[edge], 1e-300)
+        passes = beside <= 0.7072 * self.cell + reach
+        edge, cell = edge[passes], (row * self.columns + column)[passes]
+        order = np.argsort(cell, kind="stable")
+        self.edge, self.of_cell = edge[order], cell[order]
+
+    def index(self, points):
+        """Column and row of the cell of each point (points, 2)."""
+        return np.floor((points - self.origin) / self.cell).astype(int)
+
+    def nodes_and_edges(self):
+        """Every node with every edge in its cell."""
+        place = self.index(self.graph.xy)
+        cell = place[:, 1] * self.columns + place[:, 0]
+        first = np.searchsorted(self.of_cell, cell, side="left")
+        count = np.searchsorted(self.of_cell, cell, side="right") - first
+        node = np.repeat(np.arange(len(cell)), count)
+        offset = np.arange(len(node)) - np.repeat(np.cumsum(count) - count, count)
+        return node, self.edge[first[node] + offset]
+
+    def edge_pairs(self):
+        """Every pair of edges that share a cell, once."""
+        last = np.searchsorted(self.of_cell, self.of_cell, side="right")
+        here = np.arange(len(self.of_cell))
+        count = last - here - 1
+        first = np.repeat(here, count)
+        offset = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
+        pairs = np.sort(np.stack([self.edge[first], self.edge[first + 1 + offset]], axis=1), axis=1)
+        pairs = np.unique(pairs, axis=0)
+        return pairs[:, 0], pairs[:, 1]
+
+
+def branches(graph):
+    """Chains of fracture edges between nodes that are not mere bends: a list of (nodes, edges), in order.
+
+    A bend is a node inside the window where two fracture edges meet; a closed chain starts at any of its bends.
+    """
+    fracture = np.flatnonzero(graph.is_fracture)
+    at_node = [[] for _ in range(len(graph.xy))]
+    for e in fracture:
+        for n in graph.edge[e]:
+            at_node[n].append(int(e))
+    bend = (graph.degree == 2) & (graph.side == 0)
+    visited = np.zeros(len(graph.edge), dtype=bool)
+    found = []
+    starts = [n for n in range(len(graph.xy)) if at_node[n] and not bend[n]]
+    for start in starts + [int(graph.edge[e, 0]) for e in fracture]:
+        for e in at_node[start]:
+            if visited[e]:
+                continue
+            nodes, edges = [start], []
+            while not visited[e]:
+                visited[e] = True
+                edges.append(e)
+                nodes.append(int(graph.edge[e].sum() - nodes[-1]))
+                if bend[nodes[-1]]:
+                    e = sum(at_node[nodes[-1]]) - e
+            found.append((nodes, edges))
+    return found
