@@ -12,7 +12,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
-from planar_graph import COINCIDENT, Graph, branches, crossings, graph_of, knit, tidy
+from planar_graph import COINCIDENT, EndlessError, Graph, branches, crossings, graph_of, knit, nodes_near_edges, tidy
 from scipy.spatial import cKDTree
 from traces import TraceError, Traces, clip
 
@@ -21,6 +21,7 @@ MIN_ANGLE = 15.0  # default least angle between fractures at a node [degrees]
 LINK_ANGLE = np.radians(60.0)  # angle at which a rerouted fracture meets the other
 MOST_ROUNDS = 200  # of removing features
 ROUNDS_OF_WEDGES = 100  # of them, in which wedges are opened
+SMALLER = (1.0, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1)  # parts of the feature that are tried in turn
 HALVINGS = 4  # of the tolerance of a branch that would cross another
 
 
@@ -130,7 +131,8 @@ def clean(traces, window=None, snap=None, feature=None, simplify=None, stub=None
     report.census["snapped"] = Census.of(graph)
 
     graph = simplify_branches(graph, simplify, snap, second)
-    graph = remove_features(graph, feature, stub, np.radians(min_angle), second)
+    graph = remove_what_can_be(graph, feature, stub, np.radians(min_angle), report)
+    second = report.changes["feature pass"]
     graph = knit(graph, COINCIDENT * size, Counter())
     if not graph.is_fracture.any():
         raise TraceError("nothing is left of the traces: all are shorter than the least feature or lie on the boundary")
@@ -225,8 +227,6 @@ def most_common(graph, edges):
 
 def conflicts(graph, owner, snap):
     """Branches with edges that cross others, or repeat them, or pass a node within the snap tolerance [m]."""
-    from planar_graph import nodes_near_edges
-
     first, second, _, _ = crossings(graph)
     wrong = set(owner[first]) | set(owner[second])
     used = graph.degree > 0
@@ -268,6 +268,21 @@ def distances(points, a, b):
     return np.hypot(*(points - a - part[:, None] * along).T)
 
 
+def remove_what_can_be(graph, feature, stub, min_angle, report):
+    """Remove features; where that would not come to an end, with a smaller least feature, which the report says."""
+    for part in SMALLER:
+        counts = report.changes["feature pass"].copy()
+        try:
+            graph = remove_features(graph, part * feature, stub, min_angle, counts)
+        except EndlessError:
+            continue
+        report.changes["feature pass"] = counts
+        if part < 1.0:
+            report.settings["least feature"] += f", reduced to {1e3 * part * feature:g} mm to come to an end"
+        return graph
+    raise TraceError("the traces cannot be cleaned with these settings; try another least feature or snap tolerance")
+
+
 def remove_features(graph, feature, stub, min_angle, counts):
     """Knit with the least feature [m], drop stubs [m] and open wedges [rad] until nothing changes any more."""
     for attempt in range(MOST_ROUNDS):
@@ -277,7 +292,7 @@ def remove_features(graph, feature, stub, min_angle, counts):
             graph = open_wedges(graph, feature, min_angle, counts)
         if sum(counts.values()) == before:
             return graph
-    raise RuntimeError("cleaning does not come to an end; try another --feature")
+    raise EndlessError(f"cleaning does not come to an end with the feature {feature:g} m")
 
 
 def wedges(graph, min_angle):

@@ -12,8 +12,13 @@ from scipy.spatial import cKDTree
 LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4  # traces of the sides
 SIDE_NAMES = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
 SIDE_BIT = {LEFT: 1, RIGHT: 2, BOTTOM: 4, TOP: 8}
+CORNERS = np.array([5, 6, 10, 9])  # bits of the corners, anticlockwise from the origin
 COINCIDENT = 1e-9  # of the window's size: nodes nearer than this are one in traces as they were read
 MOST_ROUNDS = 400  # of knitting; a few dozen are usual
+
+
+class EndlessError(Exception):
+    """Changes that undo each other: cleaning with these tolerances does not come to an end."""
 
 
 @dataclass
@@ -56,12 +61,11 @@ def graph_of(traces, window):
     """Graph of clipped traces and the window's sides, not yet planar."""
     x0, y0, x1, y1 = window
     corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-    corner_sides = np.array([5, 6, 10, 9])
     ends, place = np.unique(traces.segment.reshape(-1, 2), axis=0, return_inverse=True)
     edge = place.reshape(-1, 2) + 4
     return Graph(
         np.vstack([corners, ends]),
-        np.concatenate([corner_sides, np.zeros(len(ends), dtype=int)]),
+        np.concatenate([CORNERS, np.zeros(len(ends), dtype=int)]),
         np.vstack([[[0, 1], [1, 2], [2, 3], [3, 0]], edge]),
         np.concatenate([[BOTTOM, RIGHT, TOP, LEFT], traces.trace]),
         tuple(window),
@@ -69,8 +73,11 @@ def graph_of(traces, window):
 
 
 def tidy(graph, counts):
-    """Drop edges without length, edges that are there already, edges along the boundary, and unused nodes."""
-    edge, trace = graph.edge, graph.trace
+    """Drop edges without length, edges that are there already, edges along the boundary, and unused nodes.
+
+    The boundary is drawn anew, from corner to corner through the nodes where fractures end.
+    """
+    edge, trace = boundary_drawn(graph)
     keep = edge[:, 0] != edge[:, 1]
     along = (graph.side[edge[:, 0]] & graph.side[edge[:, 1]] != 0) & (trace >= 0)
     counts["pieces along the boundary dropped"] += int((keep & along).sum())
@@ -85,6 +92,18 @@ def tidy(graph, counts):
     used[edge.ravel()] = True
     number = np.cumsum(used) - 1
     return Graph(graph.xy[used], graph.side[used], number[edge], trace, graph.window)
+
+
+def boundary_drawn(graph):
+    """Edges and their traces, with new edges for the boundary."""
+    edge, trace = [graph.edge[graph.is_fracture]], [graph.trace[graph.is_fracture]]
+    wanted = (graph.degree > 0) | np.isin(graph.side, CORNERS)
+    for which, bit in SIDE_BIT.items():
+        nodes = np.flatnonzero(wanted & (graph.side & bit > 0))
+        nodes = nodes[np.argsort(graph.xy[nodes, 1 if which in (LEFT, RIGHT) else 0], kind="stable")]
+        edge.append(np.stack([nodes[:-1], nodes[1:]], axis=1))
+        trace.append(np.full(len(nodes) - 1, which))
+    return np.vstack(edge), np.concatenate(trace)
 
 
 def knit(graph, tolerance, counts):
@@ -103,7 +122,7 @@ def knit(graph, tolerance, counts):
                 break
         else:
             return graph
-    raise RuntimeError(f"cleaning does not come to an end with the tolerance {tolerance:g} m")
+    raise EndlessError(f"cleaning does not come to an end with the tolerance {tolerance:g} m")
 
 
 def merge_nodes(graph, tolerance, counts):
@@ -133,7 +152,7 @@ def merge_nodes(graph, tolerance, counts):
 def node_ranks(graph):
     """Which of two nodes stays where it is: a corner, then the boundary, a junction, a bend, a tip (nodes)."""
     degree = graph.degree
-    corner = np.isin(graph.side, [5, 6, 9, 10])
+    corner = np.isin(graph.side, CORNERS)
     return np.select([corner, graph.side > 0, degree > 2, degree == 2], [4, 3, 2, 1], 0)
 
 
@@ -162,13 +181,15 @@ def split_at_nodes(graph, tolerance, counts):
         if boundary:
             side[n] |= SIDE_BIT[graph.trace[e]]
             xy[n] = on_sides(xy[n], side[n], graph.window)
-            counts["ends near the boundary moved onto it" if degree[n] == 1 else "bends near the boundary"] += 1
+            kind = "ends" if degree[n] == 1 else "bends"
+            # What touches already is no change
+            counts[f"{kind} near the boundary moved onto it"] += int(distance[k] > COINCIDENT * graph.size)
         elif degree[n] == 1 and side[n] == 0:
             a, b = graph.xy[graph.edge[e]]
             xy[n] = a + part[k] * (b - a)
-            counts["tips near a trace moved onto it"] += 1
+            counts["tips near a trace moved onto it"] += int(distance[k] > COINCIDENT * graph.size)
         else:
-            counts["traces led through a node near them"] += 1
+            counts["traces led through a node near them"] += int(distance[k] > COINCIDENT * graph.size)
         moved[n] = True
         cuts.setdefault(e, []).append((part[k], n))
     return cut_edges(graph, xy, side, cuts), True
@@ -230,7 +251,7 @@ def crossings(graph):
     with np.errstate(divide="ignore", invalid="ignore"):
         part = np.stack([cross(b - a, s) / turn, cross(b - a, r) / turn], axis=1)
     meets = ~shared & (turn != 0.0) & (part > 0.0).all(axis=1) & (part < 1.0).all(axis=1)
-    return first[meets], second[meets], (a + part[:, :1] * r)[meets], part[meets]
+    return first[meets], second[meets], a[meets] + part[meets, :1] * r[meets], part[meets]
 
 
 def cross(r, s):
