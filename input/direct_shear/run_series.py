@@ -35,7 +35,7 @@ LENGTHS_CM = [6, 12, 18, 36]
 def change(deck, group, **values):
     """Set variables in every group of the deck's text that matches the regular expression `group`."""
     for name, value in values.items():
-        pattern = rf"(?ms)(^&{group}\b(?:(?!^\s*/|/\s*$).)*?\b{name}\s*=\s*)('[^']*'|[^,\s/]+)"
+        pattern = rf"(?ms)(^&{group}(?!\w)(?:(?!^\s*/|/\s*$).)*?\b{name}\s*=\s*)('[^']*'|[^,\s/]+)"
         deck, changed = re.subn(pattern, lambda match, value=value: match[1] + str(value), deck)
         if not changed:
             sys.exit(f"error: the deck has no &{group} with {name}")
