@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Direct shear tests at a glance: shear stress and dilation against shear displacement, with the empirical law as points.
+"""Direct shear tests at a glance: shear stress and dilation, with the empirical law as points.
 
     plot_direct_shear.py results_6cm results_12cm --labels "6 cm" "12 cm" --out direct_shear
 

@@ -15,7 +15,8 @@ import sys
 from pathlib import Path
 
 TOP = Path(__file__).resolve().parent.parent
-MAX_COLUMNS = 120
+# The longest line of free-form Fortran 2008
+MAX_COLUMNS = 132
 MAX_ASSERTION_COLUMNS = 132  # an assertion of a .pf file cannot be continued
 MAX_ROUTINE_LINES = 120
 MAX_FILE_KIB = 1024
@@ -257,7 +258,7 @@ def check_sources_listed():
     complaints = []
     for lists in (path for path in FILES if path.name == "CMakeLists.txt"):
         folder, text = lists.parent, read(lists)
-        listed = set(re.findall(r"^\s*(\w+\.f90)\s*\)?\s*$", text, re.MULTILINE))
+        listed = set(re.findall(r"\b(\w+\.f90)\b", re.sub(r"#.*", "", text)))
         tests = re.findall(r"^femdem_unit_test\((\w+)\)", text, re.MULTILINE)
         complaints += [
             f"{name_of(lists)}: {name} is listed twice" for name in set(tests) if tests.count(name) > 1
