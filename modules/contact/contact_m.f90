@@ -671,34 +671,46 @@ contains
       end do
    end subroutine joint_tractions
 
-   !> What a checkpoint needs of the contact: springs and last displacements. The pairs are searched anew.
+   !> What a checkpoint needs of the contact: the forces on the edges, springs, last displacements, and where the surfaces
+   !> were at the last search, from which the same pairs are found again in the same order.
    pure function save_state(self) result(values)
       class(contact_t), intent(in) :: self
       real(wp), allocatable :: values(:)
 
-      allocate (values(1 + 2*size(self%elongation) + size(self%before)))
-      values = [self%spring_energy, self%elongation, self%stiffness, reshape(self%before, [size(self%before)])]
+      values = [self%spring_energy, real(self%searches, wp), self%normal, self%shear, self%elongation, self%stiffness, &
+                reshape(self%before, [size(self%before)]), reshape(self%searched, [size(self%searched)])]
    end function save_state
 
-   !> Go on from a checkpoint: search the pairs, continue the springs. False when the values do not fit.
-   logical function restore_state(self, split, displacement, values) result(fits)
+   !> Go on from a checkpoint exactly as if there had been none: search the pairs where they were searched last, continue
+   !> the springs. False when the values do not fit.
+   logical function restore_state(self, split, values) result(fits)
       class(contact_t), intent(inout) :: self
       type(split_mesh_t), intent(in) :: split
-      !> Displacement of every node at the checkpoint (2, nodes) [m]
-      real(wp), intent(in) :: displacement(:, :)
       !> What save_state gave
       real(wp), intent(in) :: values(:)
-      integer :: edges
+      integer, parameter :: single_values = 2, edge_arrays = 4, node_arrays = 2
+      real(wp) :: displacement(2, size(split%x, 2))
+      integer :: edges, first, searches
 
       edges = size(self%elongation)
-      fits = size(values) == 1 + 2*edges + size(self%before)
+      fits = size(values) == single_values + edge_arrays*edges + node_arrays*size(self%before)
       if (.not. fits) return
-      call self%search(split, displacement)
+      searches = nint(values(2))
+      if (searches > 0) then
+         displacement = 0.0_wp
+         displacement(:, self%layer) = reshape(values(size(values) - size(self%searched) + 1:), shape(self%searched))
+         call self%search(split, displacement)
+      end if
+      self%searches = searches
       self%spring_energy = values(1)
-      self%elongation = values(2:edges + 1)
-      self%stiffness = values(edges + 2:2*edges + 1)
-      self%before = reshape(values(2*edges + 2:), shape(self%before))
-      self%loaded = any(self%stiffness > 0.0_wp)
+      first = single_values
+      self%normal = values(first + 1:first + edges)
+      self%shear = values(first + edges + 1:first + 2*edges)
+      self%elongation = values(first + 2*edges + 1:first + 3*edges)
+      self%stiffness = values(first + 3*edges + 1:first + edge_arrays*edges)
+      first = first + edge_arrays*edges
+      self%before = reshape(values(first + 1:first + size(self%before)), shape(self%before))
+      self%loaded = any(self%normal > 0.0_wp)
    end function restore_state
 
    !> Box around a triangle: xmin, xmax, ymin, ymax.

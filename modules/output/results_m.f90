@@ -302,7 +302,7 @@ contains
       call file%close(errors)
       if (errors%any()) return
       if (scene%has_contact) then
-         if (.not. scene%contact%restore_state(scene%split, state%u, contact)) &
+         if (.not. scene%contact%restore_state(scene%split, contact)) &
             call errors%add(path//': the contact of the checkpoint does not fit this mesh')
       end if
       associate (e => state%energy)
