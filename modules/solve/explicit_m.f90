@@ -100,7 +100,8 @@ contains
          state%step = state%step + 1_i8
          report%steps = report%steps + 1_i8
          steps_left = steps_left - 1_i8
-         if (searched .or. have_stiffened(scene%joints, state%joint)) call fit_step()
+         ! After the last step there is nothing left to divide
+         if (steps_left > 0_i8 .and. (searched .or. have_stiffened(scene%joints, state%joint))) call fit_step()
          since_look = since_look + 1
          if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
          since_look = 0

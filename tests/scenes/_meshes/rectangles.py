@@ -7,7 +7,7 @@ Each rectangle becomes a physical surface NAME with the physical curves NAME_bot
 NX and NY are the numbers of edges along its sides; inside it is a grid of alternating triangles or, with `free`, an
 unstructured mesh. Rectangles share nothing: two that touch are two bodies with nodes of their own. With --joint, a side
 that two rectangles have in common is one curve of the physical group `joint` (and of no other), to be split by the
-program. --turn rotates everything anticlockwise about the origin.
+program; between rectangles of the same name it is no curve at all: they are one body. --turn rotates everything anticlockwise about the origin.
 """
 
 import argparse
@@ -48,7 +48,7 @@ def make_mesh(rectangles, path, turn=0.0, joint=False):
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
     outline = Outline(math.radians(turn), joint)
-    curves, surfaces, shared = {}, {}, []
+    curves, surfaces, curves_of, shared, inner = {}, {}, {}, [], []
     for body, (name, x0, y0, width, height, nx, ny, free) in enumerate(rectangles):
         corners = [(x0, y0), (x0 + width, y0), (x0 + width, y0 + height), (x0, y0 + height)]
         points = [outline.point(body, *corner) for corner in corners]
@@ -56,8 +56,11 @@ def make_mesh(rectangles, path, turn=0.0, joint=False):
         for side in range(4):
             tag, known = outline.line(points[side], points[(side + 1) % 4], nx if side % 2 == 0 else ny)
             loop.append(tag)
-            if known:
+            if known and curves_of.get(-tag) != name:
                 shared.append(-tag)
+            elif known:
+                inner.append(-tag)
+            curves_of[abs(tag)] = name
             curves.setdefault(f"{name}_{SIDES[side]}", []).append(abs(tag))
         surface = gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop(loop)])
         if not free:
@@ -66,9 +69,8 @@ def make_mesh(rectangles, path, turn=0.0, joint=False):
     gmsh.model.geo.synchronize()
     for name, tags in surfaces.items():
         gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, tags), name)
-    if shared:
-        curves = {name: [tag for tag in tags if tag not in shared] for name, tags in curves.items()}
-        curves["joint"] = shared
+    curves = {name: [tag for tag in tags if tag not in shared + inner] for name, tags in curves.items()}
+    curves["joint"] = shared
     for name, tags in curves.items():
         if tags:
             gmsh.model.setPhysicalName(1, gmsh.model.addPhysicalGroup(1, tags), name)
