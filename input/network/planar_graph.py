@@ -77,11 +77,12 @@ def tidy(graph, counts):
 
     The boundary is drawn anew, from corner to corner through the nodes where fractures end.
     """
+    side = graph.side[graph.edge]
+    along = (side[:, 0] & side[:, 1] != 0) & graph.is_fracture & (graph.edge[:, 0] != graph.edge[:, 1])
+    counts["pieces along the boundary dropped"] += int(along.sum())
+    graph = Graph(graph.xy, graph.side, graph.edge[~along], graph.trace[~along], graph.window)
     edge, trace = boundary_drawn(graph)
     keep = edge[:, 0] != edge[:, 1]
-    along = (graph.side[edge[:, 0]] & graph.side[edge[:, 1]] != 0) & (trace >= 0)
-    counts["pieces along the boundary dropped"] += int((keep & along).sum())
-    keep &= ~along
     # The boundary first, then traces in order: the first edge between two nodes stays
     order = np.flatnonzero(keep)[np.argsort(trace[keep], kind="stable")]
     _, first = np.unique(np.sort(edge[order], axis=1), axis=0, return_index=True)
