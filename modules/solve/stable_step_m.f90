@@ -27,7 +27,7 @@ contains
       call stiffness_bound(scene, state, stiffness)
       associate (settings => scene%deck%explicit)
          if (settings%mass_scaling == 'step') then
-            state%mass = scaled_mass(stiffness, scene%rock_damping, scene%mass, settings%scaled_step/settings%safety)
+            call raise_masses(scaled_mass(stiffness, scene%rock_damping, scene%mass, settings%scaled_step/settings%safety), state)
             step = settings%scaled_step
          else if (is_set(settings%step)) then
             step = settings%step
@@ -36,6 +36,24 @@ contains
          end if
       end associate
    end function stable_step
+
+   !> Raise masses to what the step needs. They never fall again: masses that went up and down would pump energy. Momentum
+   !> is kept, and the kinetic energy this costs is booked with the damping.
+   subroutine raise_masses(needed, state)
+      !> Masses for a stable step (nodes) [kg per m]
+      real(wp), intent(in) :: needed(:)
+      type(state_t), intent(inout) :: state
+      real(wp) :: share
+      integer :: n
+
+      do n = 1, size(needed)
+         if (needed(n) <= state%mass(n)) cycle
+         share = state%mass(n)/needed(n)
+         state%energy%damping = state%energy%damping + 0.5_wp*state%mass(n)*(1.0_wp - share)*sum(state%v(:, n)**2)
+         state%v(:, n) = share*state%v(:, n)
+         state%mass(n) = needed(n)
+      end do
+   end subroutine raise_masses
 
    !> Nodal bounds of the stiffness of rock, joints and contact at the present state (nodes) [N/m per m of thickness].
    subroutine stiffness_bound(scene, state, bound)
