@@ -53,6 +53,7 @@ contains
       type(cycle_report_t), intent(out) :: report
       type(error_list_t), intent(inout) :: errors
       real(wp) :: rest_time
+      logical :: searched
 
       associate (settings => scene%deck%stage(stage))
          call march(scene, stage, cycle, settings%move_time, .true., log, progress, state, report, errors)
@@ -62,6 +63,9 @@ contains
             call march(scene, stage, cycle, rest_time, .false., log, progress, state, report, errors)
          report%unbalanced = unbalanced_ratio(scene%loads, state)
          if (scene%until_balanced(stage)) report%balanced = report%unbalanced <= settings%equilibrium
+         if (errors%any()) return
+         ! Stresses and joints as they are now: those of the last step were found before it moved the nodes
+         call find_forces(scene, real(cycle, wp)/real(settings%cycles, wp), state, searched)
       end associate
       state%energy%kinetic = kinetic_energy(state%mass, state%v)
       state%energy%strain = strain_energy(scene%solid, state%u)
