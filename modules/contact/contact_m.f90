@@ -651,7 +651,8 @@ contains
       end do
    end subroutine add_stiffness
 
-   !> Contact tractions of each joint element, the mean of its two walls (eqs 32-33 want them).
+   !> Contact tractions of each joint element (eqs 32-33 want them), taken on the upper wall as in wall contact: when the
+   !> walls have slid, part of the lower wall is bare and part of the load is on the rock beyond it.
    pure subroutine joint_tractions(self, split, normal, shear)
       class(contact_t), intent(in) :: self
       type(split_mesh_t), intent(in) :: split
@@ -664,10 +665,10 @@ contains
       shear = 0.0_wp
       do edge = 1, size(self%length)
          joint = split%surface_joint(edge)
-         if (joint == 0) cycle
-         normal(joint) = normal(joint) + 0.5_wp*self%normal(edge)/self%length(edge)
-         ! Both walls are directed with their rock on the left, where the resistance to that motion is negative
-         shear(joint) = shear(joint) - 0.5_wp*self%shear(edge)/self%length(edge)
+         if (joint == 0 .or. split%surface_side(edge) <= 0) cycle
+         normal(joint) = self%normal(edge)/self%length(edge)
+         ! The wall is directed with its rock on the left, where the resistance to that motion is negative
+         shear(joint) = -self%shear(edge)/self%length(edge)
       end do
    end subroutine joint_tractions
 

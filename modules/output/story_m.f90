@@ -55,8 +55,23 @@ contains
 
       call log%say('energy    external '//to_text(state%energy%external)//' J/m, residual '// &
                    to_text(state%energy%residual())//' J/m')
+      if (energy_from_contact(state)) &
+         call log%warn('the contact has given out '//to_text(-state%energy%contact)//' J/m more than it took up: bodies '// &
+                       'collide too fast for this step; try a smaller &explicit safety or &material penalty_factor')
       call log%say('done      '//to_text(state%step)//' steps in '//to_text(progress%elapsed())//' s; results in '//directory)
    end subroutine say_end
+
+   !> Has the contact given out more energy than it took up? A node that meets a wall and leaves it within a step or two
+   !> gains or loses energy of the order of (omega dt)^2/4 of its own.
+   pure logical function energy_from_contact(state)
+      type(state_t), intent(in) :: state
+      !> Share of the energy brought in that is worth a word
+      real(wp), parameter :: noticeable = 0.01_wp
+
+      associate (energy => state%energy)
+         energy_from_contact = energy%contact < -noticeable*(abs(energy%initial) + abs(energy%external))
+      end associate
+   end function energy_from_contact
 
    !> The command line as typed.
    function command_text() result(text)

@@ -24,7 +24,7 @@ contains
       !> Viscous nodal forces (2, nodes) [N per m]; size zero without viscous damping
       real(wp), contiguous, intent(in) :: damping_force(:, :)
       type(state_t), intent(inout) :: state
-      real(wp) :: old, new, force, path, damping, contact, friction, external, dissipated
+      real(wp) :: old, new, force, path, damping, contact, friction, external, dissipated, twice_kinetic
       logical :: viscous
       integer :: n, i
 
@@ -33,6 +33,7 @@ contains
       friction = 0.0_wp
       external = 0.0_wp
       dissipated = 0.0_wp
+      twice_kinetic = 0.0_wp
       do n = 1, size(state%mass)
          do i = 1, 2
             old = state%v(i, n)
@@ -53,11 +54,13 @@ contains
             friction = friction - state%friction(i, n)*path
             external = external + state%load(i, n)*path
             dissipated = dissipated - damping*path
+            twice_kinetic = twice_kinetic + state%mass(n)*new**2
             state%v(i, n) = new
             state%u(i, n) = state%u(i, n) + dt*new
          end do
       end do
       associate (energy => state%energy)
+         energy%kinetic = 0.5_wp*twice_kinetic
          energy%contact = energy%contact + contact
          energy%friction = energy%friction + friction
          energy%external = energy%external + external
