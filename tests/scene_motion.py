@@ -1,8 +1,8 @@
 """Motion of the bodies of a scene, from its fields: for the check.py of scenes with a closed form.
 
-    motion = Motion(results)
-    motion.displacement("block", step=-1)     # mean displacement, weighted with mass [m]
-    motion.momentum(step=0)                   # total momentum [N s per m of thickness]
+motion = Motion(results)
+motion.displacement("block", step=-1)     # mean displacement, weighted with mass [m]
+motion.momentum(step=0)                   # total momentum [N s per m of thickness]
 """
 
 import os
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
-from femdem_results import Results  # noqa: E402
+from femdem_results import Results
 
 
 class Motion:
@@ -68,9 +68,7 @@ class Motion:
 def run_deck(folder, deck, directory, *arguments, status=0, timeout=300):
     """Run the program under test on another deck of a scene's copy; the results directory."""
     command = [os.environ["FEMDEM"], *arguments, "--output", directory, deck]
-    done = subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, timeout=timeout, check=False
-    )
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=timeout, check=False)
     said = done.stdout + done.stderr
     (Path(folder) / f"{directory}.txt").write_text(said, encoding="utf-8")
     assert done.returncode == status, f"{deck}: status {done.returncode}, expected {status}\n{said[-2000:]}"

@@ -7,7 +7,8 @@ Each rectangle becomes a physical surface NAME with the physical curves NAME_bot
 NX and NY are the numbers of edges along its sides; inside it is a grid of alternating triangles or, with `free`, an
 unstructured mesh. Rectangles share nothing: two that touch are two bodies with nodes of their own. With --joint, a side
 that two rectangles have in common is one curve of the physical group `joint` (and of no other), to be split by the
-program; between rectangles of the same name it is no curve at all: they are one body. --turn rotates everything anticlockwise about the origin.
+program; between rectangles of the same name it is no curve at all: they are one body. --turn rotates everything
+anticlockwise about the origin.
 """
 
 import argparse
@@ -92,8 +93,12 @@ def read_rectangle(text):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("rectangles", nargs="+", type=read_rectangle, metavar="NAME,X0,Y0,WIDTH,HEIGHT,NX,NY[,free]")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "rectangles", nargs="+", type=read_rectangle, metavar="NAME,X0,Y0,WIDTH,HEIGHT,NX,NY[,free]"
+    )
     parser.add_argument("--turn", type=float, default=0.0, help="rotation about the origin in degrees")
     parser.add_argument("--joint", action="store_true", help="sides in common become the curve `joint`")
     parser.add_argument("--out", default="scene.msh", help="mesh file to write")

@@ -21,7 +21,9 @@ def check(results):
         depth = HEIGHT - (i + 0.5) * HEIGHT / ROWS
         expected = DENSITY * GRAVITY * depth
         assert abs(mean - expected) < 3e-4 * bottom, f"stress_yy at depth {depth}: {mean} for {expected}"
-        assert abs(lateral - NU / (1 - NU) * expected) < 3e-4 * bottom, f"stress_xx at depth {depth}: {lateral}"
+        assert abs(lateral - NU / (1 - NU) * expected) < 3e-4 * bottom, (
+            f"stress_xx at depth {depth}: {lateral}"
+        )
         if i == 0:
             print(f"stress_yy in the lowest row: expected {expected:.6g}, found {mean:.6g} Pa")
     # Settlement of the top rho g H^2/(2 M), M the oedometer modulus; exact at the nodes of a one-dimensional column

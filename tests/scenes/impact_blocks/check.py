@@ -15,7 +15,9 @@ def check(results):
     ):
         found = motion.velocity(bar)[0]
         print(f"velocity of the {bar} bar: expected {expected:.6g}, found {found:.6g} m/s")
-        assert abs(found - expected) < 5e-3 * abs(expected or SPEED), f"{bar} bar: expected {expected:.6g}, found {found:.6g} m/s"
+        assert abs(found - expected) < 5e-3 * abs(expected or SPEED), (
+            f"{bar} bar: expected {expected:.6g}, found {found:.6g} m/s"
+        )
     lost = abs(motion.momentum() - [left * SPEED, 0.0]).max() / (left * SPEED)
     print(f"momentum lost: {lost:.3g}; energy drift: {motion.drift() / (left * SPEED**2 / 2):.3g}")
     assert lost < 1e-12, f"{lost:.3g} of the momentum is lost"

@@ -34,10 +34,17 @@ def check(results):
     way = abs(along(motion, 1) - along(motion, 0))
     expected = acceleration * (LOAD / 2 * SLIDE + SLIDE**2 / 2)
     near(way, expected, 5e-3, "displacement while sliding [m]")
-    near(np.linalg.norm(motion.velocity("block")), acceleration * (LOAD / 2 + SLIDE + LATER), 5e-3, "velocity [m/s]")
+    near(
+        np.linalg.norm(motion.velocity("block")),
+        acceleration * (LOAD / 2 + SLIDE + LATER),
+        5e-3,
+        "velocity [m/s]",
+    )
     work = motion.nodal_mass("block").sum() * GRAVITY * math.sin(math.radians(40)) * way
     print(f"energy drift: {motion.drift() / work:.3g}")
-    assert motion.drift() <= 1e-3 * work, f"energy drift {motion.drift() / work:.3g} of the work of the weight"
+    assert motion.drift() <= 1e-3 * work, (
+        f"energy drift {motion.drift() / work:.3g} of the work of the weight"
+    )
 
     deck = changed_deck(folder, "slides.nml", "stays.nml", *stays(folder))
     motion = Motion(run_deck(folder, deck, "stays"))
@@ -50,7 +57,9 @@ def check(results):
     deck = changed_deck(folder, "stays.nml", "velocity.nml", ("friction = 'slider'", "friction = 'velocity'"))
     motion = Motion(run_deck(folder, deck, "velocity"))
     velocity_creep = abs(motion.displacement("block", 2) - motion.displacement("block", 1)).max()
-    print(f"the same with the velocity law (eq 4) [m]: {velocity_creep:.3g}, {velocity_creep / LATER:.3g} m/s")
+    print(
+        f"the same with the velocity law (eq 4) [m]: {velocity_creep:.3g}, {velocity_creep / LATER:.3g} m/s"
+    )
     assert velocity_creep > 100 * creep, "the velocity law holds as well as the slider: say so in the manual"
 
 

@@ -15,7 +15,12 @@ def check(results):
     shortening = motion.displacement("block_1")[1] - motion.displacement("block_4")[1]
     stiffness = 3 * SIZE * PRESSURE / shortening
     near(stiffness, 1 / ((1 - NU**2) / E + 1 / (STIFFNESS * SIZE * widened)), 1e-6, "E_eff [Pa]")
-    near(motion.history["joint.normal_stress_MPa"][-1], PRESSURE / 1e6 / widened, 1e-6, "normal stress of the joints [MPa]")
+    near(
+        motion.history["joint.normal_stress_MPa"][-1],
+        PRESSURE / 1e6 / widened,
+        1e-6,
+        "normal stress of the joints [MPa]",
+    )
     for block in ("block_1", "block_4"):
         stress = motion.stress("stress_yy", block)
         near(stress.min(), PRESSURE / widened, 1e-6, f"least stress_yy of {block} [Pa]")

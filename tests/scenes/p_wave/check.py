@@ -16,7 +16,12 @@ def check(results):
     near(second, 0.8, 5e-3, "place of the front after 0.8 m/c [m]")
     # Momentum balance at the front; the mean over the bar behind it takes out the ripple that follows a steep front
     middle = motion.mesh.coordinates[motion.mesh.triangles][:, :, 0].mean(axis=1)
-    near(motion.stress("stress_xx", "bar")[middle < 0.6].mean(), DENSITY * wave * SPEED, 5e-3, "stress behind [Pa]")
+    near(
+        motion.stress("stress_xx", "bar")[middle < 0.6].mean(),
+        DENSITY * wave * SPEED,
+        5e-3,
+        "stress behind [Pa]",
+    )
 
 
 def front(motion, step):

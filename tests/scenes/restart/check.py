@@ -32,7 +32,9 @@ def check(results):
         assert len(left.fields.steps) >= ROWS // 5 - 1, "snapshots are missing after the kill"
         assert np.isfinite(left.fields.read("displacement")).all(), "the last snapshot is not whole"
         print(f"killed after {len(left.history)} rows, {len(left.fields.steps)} snapshots")
-    assert (killed / "history.csv").read_text(encoding="utf-8") == whole, "the restarted run has another history"
+    assert (killed / "history.csv").read_text(encoding="utf-8") == whole, (
+        "the restarted run has another history"
+    )
     a, b = Results(results).fields, Results(killed).fields
     assert a.steps == b.steps, "the restarted run has other snapshots"
     for name in ("displacement", "velocity", "stress_xx", "shear_stress_MPa"):
