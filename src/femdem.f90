@@ -14,7 +14,8 @@ program femdem
    use gmsh_m, only: read_gmsh
    use mesh_check_m, only: check_mesh
    use ordering_m, only: order_mesh
-   use scene_m, only: scene_t, check_groups, build_scene, begin_stage
+   use group_check_m, only: check_groups
+   use scene_m, only: scene_t, build_scene, begin_stage, solver_explicit
    use state_m, only: state_t
    use plan_m, only: say_plan
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
@@ -85,7 +86,10 @@ program femdem
       if (stage < done%stage) cycle
       do cycle = 1, deck%stage(stage)%cycles
          if (stage == done%stage .and. cycle <= done%cycle) cycle
-         call explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
+         select case (scene%solver)
+         case (solver_explicit)
+            call explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
+         end select
          if (errors%any()) call stop_with(status_failed)
          place = place_t(stage, cycle)
          call results%record(scene, state, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &

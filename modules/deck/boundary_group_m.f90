@@ -16,7 +16,9 @@ module boundary_group_m
    !> What a boundary can prescribe, and the indices of the velocity, of the loads on edges and of the far-field stress
    character(len=*), parameter, public :: prescribable(*) = &
                                           [character(len=8) :: 'vx', 'vy', 'tx', 'ty', 'pressure', 'sxx', 'syy', 'sxy']
-   integer, parameter :: velocities(*) = [1, 2], loads(*) = [3, 4, 5, 6, 7, 8], stresses(*) = [6, 7, 8]
+   integer, parameter :: velocities(*) = [1, 2], stresses(*) = [6, 7, 8]
+   !> Indices of the loads, which act on edges
+   integer, parameter, public :: edge_loads(*) = [3, 4, 5, 6, 7, 8]
    !> Stage of a boundary that acts in every stage
    character(len=*), parameter, public :: every_stage = 'all'
 
@@ -97,7 +99,7 @@ contains
          call check_needed(errors, slice, 'sxx', boundary%sxx, 'a far-field stress')
          call check_needed(errors, slice, 'syy', boundary%syy, 'a far-field stress')
       end if
-      if (any(given(velocities)) .and. any(given(loads))) then
+      if (any(given(velocities)) .and. any(given(edge_loads))) then
          call errors%add(place//'prescribes a velocity and a load: must be one or the other; write '// &
                          'two &boundary groups')
       else

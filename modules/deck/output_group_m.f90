@@ -3,7 +3,7 @@ module output_group_m
    use kinds_m, only: wp
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_count, a_number, a_path, a_switch, path_length, namelist_text, &
+   use deck_variable_m, only: variable_t, a_count, a_number, a_path, path_length, namelist_text, &
                               require_clean_read, check_range, check_least, check_given
    use deck_write_m, only: begin_group, put, end_group
    implicit none
@@ -23,16 +23,13 @@ module output_group_m
       integer :: history_every = 1
       !> Wall-clock time after which a cycle ends with a checkpoint (0: every cycle) [minutes]
       real(wp) :: checkpoint_minutes = 10.0_wp
-      !> Energies in the history
-      logical :: energies = .true.
    end type output_t
 
    type(variable_t), parameter :: variables(*) = [ &
                                   variable_t('directory', a_path), &
                                   variable_t('fields_every', a_count), &
                                   variable_t('history_every', a_count), &
-                                  variable_t('checkpoint_minutes', a_number), &
-                                  variable_t('energies', a_switch)]
+                                  variable_t('checkpoint_minutes', a_number)]
 
 contains
 
@@ -77,7 +74,6 @@ contains
       call put(unit, 'fields_every', output%fields_every)
       call put(unit, 'history_every', output%history_every)
       call put(unit, 'checkpoint_minutes', output%checkpoint_minutes)
-      call put(unit, 'energies', output%energies)
       call end_group(unit)
    end subroutine write_output
 

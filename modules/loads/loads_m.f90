@@ -5,7 +5,7 @@
 !> the stage moves and are zero while it rests. A load keeps its value until a later stage gives another one.
 module loads_m
    use kinds_m, only: wp
-   use constants_m, only: is_set
+   use constants_m, only: is_set, unset
    use mesh_m, only: split_mesh_t, find_group
    use boundary_group_m, only: boundary_t
    implicit none
@@ -51,7 +51,8 @@ contains
    end subroutine init_loads
 
    !> Compile the boundary conditions of a stage. Velocities: what is given for this stage, else for all stages. Loads:
-   !> what was given last, for this stage or one before it, else for all stages.
+   !> what was given last, for this stage or one before it, else for all stages. Each component goes its own way: a stage
+   !> that gives vx leaves alone the vy given for all stages. Where two groups share nodes, the later of the deck holds.
    subroutine start_stage(split, boundary, stage_name, stage, body_force, loads)
       type(split_mesh_t), intent(in) :: split
       type(boundary_t), intent(in) :: boundary(:)
@@ -61,44 +62,66 @@ contains
       !> Weight of the nodes at the end of this stage (2, nodes) [N per m of thickness]
       real(wp), intent(in) :: body_force(:, :)
       type(loads_t), intent(inout) :: loads
-      real(wp), allocatable :: dead(:, :)
-      integer :: given_in(size(boundary)), b
+      type(boundary_t) :: condition
+      integer :: given_in(size(boundary)), b, other
 
       given_in = [(stage_number(stage_name, boundary(b)%stage), b=1, size(boundary))]
       loads%fixed = .false.
       loads%velocity = 0.0_wp
       loads%dead_start = loads%dead_end
+      loads%dead_end = body_force
       loads%pressure_start = loads%pressure_end
-      dead = body_force
+      loads%pressure_end = 0.0_wp
       do b = 1, size(boundary)
          if (given_in(b) > stage) cycle
-         if (is_velocity(boundary(b))) then
-            if (given_in(b) /= 0 .and. given_in(b) /= stage) cycle
-            if (replaced(b, earliest=stage)) cycle
-            call prescribe_velocity(split, boundary(b), loads)
-         else
-            if (replaced(b, earliest=1)) cycle
-            call add_traction(split, boundary(b), dead)
-            call set_pressure(split, boundary(b), loads)
-         end if
-      end do
-      loads%dead_end = dead
-
-   contains
-
-      !> Is there a later condition of the same kind on the same group, given in a stage from the earliest to this one?
-      pure logical function replaced(b, earliest)
-         integer, intent(in) :: b, earliest
-         integer :: other
-
-         replaced = .false.
+         condition = boundary(b)
+         if (given_in(b) /= 0 .and. given_in(b) /= stage) call end_motion(condition)
          do other = 1, size(boundary)
-            if (given_in(other) <= given_in(b) .or. given_in(other) < earliest .or. given_in(other) > stage) cycle
-            if (boundary(other)%group == boundary(b)%group) replaced = replaced .or. same_kind(boundary(other), boundary(b))
+            if (boundary(other)%group /= condition%group) cycle
+            if (given_in(other) > stage .or. given_in(other) <= given_in(b)) cycle
+            if (given_in(other) == stage) call replace_motion(condition, boundary(other))
+            call replace_load(condition, boundary(other))
          end do
-      end function replaced
-
+         call prescribe_velocity(split, condition, loads)
+         call add_traction(split, condition, loads%dead_end)
+         call set_pressure(split, condition, loads)
+      end do
    end subroutine start_stage
+
+   !> Take the velocities out of a condition whose stage is over.
+   pure subroutine end_motion(condition)
+      type(boundary_t), intent(inout) :: condition
+
+      condition%vx = unset
+      condition%vy = unset
+   end subroutine end_motion
+
+   !> Take out of a condition the velocities that a later one gives.
+   pure subroutine replace_motion(condition, later)
+      type(boundary_t), intent(inout) :: condition
+      type(boundary_t), intent(in) :: later
+
+      if (is_set(later%vx)) condition%vx = unset
+      if (is_set(later%vy)) condition%vy = unset
+   end subroutine replace_motion
+
+   !> Take out of a condition the loads that a later one gives. A far-field stress is the whole traction on its edges: it
+   !> replaces and is replaced by any other load.
+   pure subroutine replace_load(condition, later)
+      type(boundary_t), intent(inout) :: condition
+      type(boundary_t), intent(in) :: later
+      logical :: whole
+
+      whole = is_set(later%sxx)
+      if (is_set(later%tx) .or. whole) condition%tx = unset
+      if (is_set(later%ty) .or. whole) condition%ty = unset
+      if (is_set(later%pressure) .or. whole) condition%pressure = unset
+      if (any(is_set([later%tx, later%ty, later%pressure])) .or. whole) then
+         condition%sxx = unset
+         condition%syy = unset
+         condition%sxy = unset
+      end if
+   end subroutine replace_load
 
    !> Number of a stage; 0 for 'all'.
    pure integer function stage_number(stage_name, name) result(number)
@@ -110,21 +133,6 @@ contains
          if (stage_name(s) == name) number = s
       end do
    end function stage_number
-
-   pure logical function is_velocity(boundary)
-      type(boundary_t), intent(in) :: boundary
-
-      is_velocity = is_set(boundary%vx) .or. is_set(boundary%vy)
-   end function is_velocity
-
-   !> Do two boundary groups give the same kind of condition?
-   pure logical function same_kind(a, b)
-      type(boundary_t), intent(in) :: a, b
-
-      same_kind = (is_set(a%vx) .and. is_set(b%vx)) .or. (is_set(a%vy) .and. is_set(b%vy)) .or. &
-                  (is_set(a%tx) .and. is_set(b%tx)) .or. (is_set(a%ty) .and. is_set(b%ty)) .or. &
-                  (is_set(a%pressure) .and. is_set(b%pressure)) .or. (is_set(a%sxx) .and. is_set(b%sxx))
-   end function same_kind
 
    subroutine prescribe_velocity(split, boundary, loads)
       type(split_mesh_t), intent(in) :: split
@@ -154,7 +162,7 @@ contains
       type(boundary_t), intent(in) :: boundary
       real(wp), intent(inout) :: force(:, :)
       logical, allocatable :: loaded(:)
-      real(wp) :: along(2), outward(2), resultant(2), sxx, syy, sxy
+      real(wp) :: along(2), outward(2), resultant(2)
       integer :: e, i
 
       if (.not. (is_set(boundary%tx) .or. is_set(boundary%ty) .or. is_set(boundary%sxx))) return
@@ -168,22 +176,14 @@ contains
          if (is_set(boundary%tx)) resultant(1) = boundary%tx*norm2(along)
          if (is_set(boundary%ty)) resultant(2) = boundary%ty*norm2(along)
          if (is_set(boundary%sxx)) then
-            sxx = boundary%sxx
-            syy = given_or_zero(boundary%syy)
-            sxy = given_or_zero(boundary%sxy)
-            resultant = resultant - [sxx*outward(1) + sxy*outward(2), sxy*outward(1) + syy*outward(2)]
+            resultant = resultant - [boundary%sxx*outward(1) + boundary%sxy*outward(2), &
+                                     boundary%sxy*outward(1) + boundary%syy*outward(2)]
          end if
          do i = 1, 2
             force(:, split%surface(i, e)) = force(:, split%surface(i, e)) + 0.5_wp*resultant
          end do
       end do
    end subroutine add_traction
-
-   pure real(wp) function given_or_zero(value)
-      real(wp), intent(in) :: value
-
-      given_or_zero = merge(value, 0.0_wp, is_set(value))
-   end function given_or_zero
 
    subroutine set_pressure(split, boundary, loads)
       type(split_mesh_t), intent(in) :: split

@@ -1,13 +1,13 @@
 !> The scene: everything a run needs that does not change, or only with the stages, built once from deck and mesh.
 module scene_m
    use kinds_m, only: wp
-   use constants_m, only: is_set, unset, radians, megapascal, megapascal_per_millimetre
+   use constants_m, only: is_set, radians, megapascal, megapascal_per_millimetre
    use errors_m, only: error_list_t
-   use text_m, only: to_text, quoted, nearest_word
+   use text_m, only: to_text, quoted
    use log_m, only: log_t
    use deck_m, only: deck_t
    use joint_group_m, only: joint_t
-   use mesh_m, only: mesh_t, split_mesh_t, find_group, name_length
+   use mesh_m, only: mesh_t, split_mesh_t, find_group
    use split_m, only: split_mesh
    use topology_m, only: topology_t, scan_topology
    use solid_m, only: solid_t, init_solid, set_viscosity, lumped_mass, solid_stiffness_bound, solid_damping_bound
@@ -23,11 +23,13 @@ module scene_m
    implicit none
    private
 
-   !> A rest until equilibrium gives up after this many times the move, unless the deck says otherwise
-   real(wp), parameter :: patience = 100.0_wp
+   !> Solvers. A new one is one more number here, one case in chosen_solver and one in the main program.
+   integer, parameter, public :: solver_explicit = 1
 
    type, public :: scene_t
       type(deck_t) :: deck
+      !> Solver of this run
+      integer :: solver = solver_explicit
       type(split_mesh_t) :: split
       type(topology_t) :: topology
       type(solid_t) :: solid
@@ -52,66 +54,9 @@ module scene_m
       procedure :: longest_rest
    end type scene_t
 
-   public :: check_groups, build_scene, begin_stage
+   public :: build_scene, begin_stage
 
 contains
-
-   !> Check the deck's groups against those of the mesh.
-   subroutine check_groups(deck, mesh, errors)
-      type(deck_t), intent(in) :: deck
-      type(mesh_t), intent(in) :: mesh
-      type(error_list_t), intent(inout) :: errors
-      integer :: i, e
-      logical, allocatable :: has_material(:)
-
-      allocate (has_material(size(mesh%group)), source=.false.)
-      do i = 1, size(deck%material)
-         call require('&material', deck%material(i)%line, deck%material(i)%group, [2])
-         e = find_group(mesh%group, deck%material(i)%group, 2)
-         if (e > 0) has_material(e) = .true.
-      end do
-      do i = 1, size(deck%joint)
-         call require('&joint', deck%joint(i)%line, deck%joint(i)%group, [1])
-      end do
-      do i = 1, size(deck%boundary)
-         call require('&boundary', deck%boundary(i)%line, deck%boundary(i)%group, [0, 1, 2])
-      end do
-      do i = 1, size(deck%initial)
-         call require('&initial', deck%initial(i)%line, deck%initial(i)%group, [0, 1, 2])
-      end do
-      do i = 1, size(mesh%group)
-         if (mesh%group(i)%dimension /= 2 .or. has_material(i)) cycle
-         if (.not. any(mesh%triangle_group == i)) cycle
-         call errors%add(deck%path//': no &material has group = '//quoted(mesh%group(i)%name)// &
-                         ', a physical surface of the mesh with triangles')
-      end do
-
-   contains
-
-      subroutine require(what, line, name, dimensions)
-         character(len=*), intent(in) :: what, name
-         integer, intent(in) :: line, dimensions(:)
-         character(len=:), allocatable :: similar
-         integer :: d, k
-         character(len=name_length), allocatable :: candidates(:)
-         character(len=*), parameter :: kind(0:2) = [character(len=7) :: 'point', 'curve', 'surface']
-
-         do d = 1, size(dimensions)
-            if (find_group(mesh%group, name, dimensions(d)) > 0) return
-         end do
-         candidates = pack(mesh%group%name, [(any(dimensions == mesh%group(k)%dimension), k=1, size(mesh%group))])
-         similar = nearest_word(name, candidates)
-         if (similar /= '') similar = '; did you mean '//quoted(similar)//'?'
-         if (size(dimensions) == 1) then
-            call errors%add(deck%path//':'//to_text(line)//': '//what//' group = '//quoted(name)//': the mesh has no physical '// &
-                            trim(kind(dimensions(1)))//' of that name'//similar)
-         else
-            call errors%add(deck%path//':'//to_text(line)//': '//what//' group = '//quoted(name)// &
-                            ': the mesh has no physical point, curve or surface of that name'//similar)
-         end if
-      end subroutine require
-
-   end subroutine check_groups
 
    !> Split the mesh, scan the topology and set up rock, joints, walls and the state at rest.
    subroutine build_scene(deck, mesh, log, scene, state, errors)
@@ -125,6 +70,7 @@ contains
       integer :: i
 
       scene%deck = deck
+      scene%solver = chosen_solver(deck)
       allocate (fracture(size(mesh%group)), source=.false.)
       do i = 1, size(deck%joint)
          fracture(find_group(mesh%group, deck%joint(i)%group, 1)) = .true.
@@ -139,6 +85,19 @@ contains
       call init_state(scene%mass, size(scene%split%joint, 2), state)
       call start_moving(scene, state)
    end subroutine build_scene
+
+   !> Solver that the deck asks for, or that suits the scene when it leaves the choice.
+   pure integer function chosen_solver(deck) result(solver)
+      type(deck_t), intent(in) :: deck
+
+      select case (deck%run%solver)
+      case ('explicit')
+         solver = solver_explicit
+      case default
+         ! 'auto': the only one there is
+         solver = solver_explicit
+      end select
+   end function chosen_solver
 
    !> Triangles, masses, weights, damping.
    subroutine build_rock(scene)
@@ -385,7 +344,6 @@ contains
       integer, intent(in) :: stage
 
       longest_rest = self%deck%stage(stage)%max_rest_time
-      if (.not. is_set(longest_rest)) longest_rest = patience*self%deck%stage(stage)%move_time
    end function longest_rest
 
 end module scene_m
