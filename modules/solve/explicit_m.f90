@@ -170,15 +170,15 @@ contains
 
       searched = .false.
       call nodal_loads(scene%loads, scene%split%x, state%u, level, state%load)
-      state%solid = 0.0_wp
+      call clear(state%solid)
       call solid_forces(scene%solid, state%u, state%solid)
       if (size(scene%damping_force, 2) > 0) then
-         scene%damping_force = 0.0_wp
+         call clear(scene%damping_force)
          call viscous_forces(scene%solid, state%u, state%v, scene%damping_force)
       end if
       if (scene%has_walls .or. scene%has_contact) then
-         state%normal = 0.0_wp
-         state%friction = 0.0_wp
+         call clear_at(scene%touching, state%normal)
+         call clear_at(scene%touching, state%friction)
       end if
       if (scene%has_walls) then
          call find_overlaps(scene%walls, scene%split%x, state%u)
@@ -188,6 +188,24 @@ contains
       end if
       if (scene%has_contact) call find_contact_forces(scene, state, searched)
    end subroutine find_forces
+
+   !> No force yet: contiguous, so that the compiler clears whole lines of memory.
+   pure subroutine clear(force)
+      real(wp), contiguous, intent(out) :: force(:, :)
+
+      force = 0.0_wp
+   end subroutine clear
+
+   !> No force yet at some nodes.
+   pure subroutine clear_at(node, force)
+      integer, intent(in) :: node(:)
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      integer :: i
+
+      do i = 1, size(node)
+         force(:, node(i)) = 0.0_wp
+      end do
+   end subroutine clear_at
 
    !> Forces between surfaces that meet, with a new search when something has moved half the skin.
    subroutine find_contact_forces(scene, state, searched)

@@ -160,9 +160,14 @@ contains
       type(joint_point_t), intent(inout) :: point
       real(wp), intent(inout) :: opening, open_aperture
       type(joint_frame_t) :: frame
-      real(wp) :: shear, stress
+      real(wp) :: corner(2, 4), moved(2, 4), shear, stress
+      integer :: i
 
-      frame = joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j)))
+      do i = 1, 4
+         corner(:, i) = x(:, joints%node(i, j))
+         moved(:, i) = u(:, joints%node(i, j))
+      end do
+      frame = joint_kinematics(corner, moved)
       opening = frame%opening/millimetre
       shear = frame%shear/millimetre
       stress = joints%contact_stress(j)

@@ -8,11 +8,13 @@ module motion_m
 
    public :: move_nodes, unbalanced_ratio
 
+   !> Nodes handled together
+   integer, parameter :: block_size = 256
+
 contains
 
    !> Advance velocities and displacements by one step of eq 1 (semi-implicit Euler, kick then drift) and add the step's
-   !> work to the energy account. The work of a force over the kick is f.(v_old + v_new)/2 dt, which changes the kinetic
-   !> energy exactly.
+   !> work to the energy account.
    pure subroutine move_nodes(loads, motion, local_damping, dt, damping_force, state)
       type(loads_t), intent(in) :: loads
       !> Prescribed velocities act times this: 1 or a smooth profile while the stage moves, 0 while it rests
@@ -24,49 +26,72 @@ contains
       !> Viscous nodal forces (2, nodes) [N per m]; size zero without viscous damping
       real(wp), contiguous, intent(in) :: damping_force(:, :)
       type(state_t), intent(inout) :: state
-      real(wp) :: old, new, force, path, damping, contact, friction, external, dissipated, twice_kinetic
-      logical :: viscous
-      integer :: n, i
+      real(wp), dimension(2, block_size) :: viscous, mass, free
+      real(wp) :: work(4)
+      integer :: first, last, m, i
 
-      viscous = size(damping_force, 2) > 0
-      contact = 0.0_wp
-      friction = 0.0_wp
-      external = 0.0_wp
-      dissipated = 0.0_wp
-      twice_kinetic = 0.0_wp
-      do n = 1, size(state%mass)
+      viscous = 0.0_wp
+      work = 0.0_wp
+      do first = 1, size(state%mass), block_size
+         last = min(first + block_size - 1, size(state%mass))
+         m = last - first + 1
+         if (size(damping_force, 2) > 0) viscous(:, :m) = damping_force(:, first:last)
          do i = 1, 2
-            old = state%v(i, n)
-            force = state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
-            damping = 0.0_wp
-            if (viscous) damping = damping_force(i, n)
-            if (loads%fixed(i, n)) then
-               new = loads%velocity(i, n)*motion
-               path = 0.5_wp*(old + new)*dt
-               ! Work of the reaction that enforces the motion
-               external = external + (state%mass(n)*(new - old)/dt - force - damping)*path
-            else
-               if (local_damping > 0.0_wp) damping = damping - sign(local_damping*abs(force), old)
-               new = old + dt*(force + damping)/state%mass(n)
-               path = 0.5_wp*(old + new)*dt
-            end if
-            contact = contact - state%normal(i, n)*path
-            friction = friction - state%friction(i, n)*path
-            external = external + state%load(i, n)*path
-            dissipated = dissipated - damping*path
-            twice_kinetic = twice_kinetic + state%mass(n)*new**2
-            state%v(i, n) = new
-            state%u(i, n) = state%u(i, n) + dt*new
+            mass(i, :m) = state%mass(first:last)
          end do
+         free(:, :m) = merge(0.0_wp, 1.0_wp, loads%fixed(:, first:last))
+         call kick_and_drift(2*m, free, loads%velocity(:, first:last), motion, local_damping, dt, mass, &
+                             state%solid(:, first:last), state%normal(:, first:last), state%friction(:, first:last), &
+                             state%load(:, first:last), viscous, state%v(:, first:last), state%u(:, first:last), work)
       end do
       associate (energy => state%energy)
-         energy%kinetic = 0.5_wp*twice_kinetic
-         energy%contact = energy%contact + contact
-         energy%friction = energy%friction + friction
-         energy%external = energy%external + external
-         energy%damping = energy%damping + dissipated
+         energy%contact = energy%contact + work(1)
+         energy%friction = energy%friction + work(2)
+         energy%external = energy%external + work(3)
+         energy%damping = energy%damping + work(4)
       end associate
    end subroutine move_nodes
+
+   !> One step of a block of nodes, without branches. The work of a force over the kick is f.(v_old + v_new)/2 dt, which
+   !> changes the kinetic energy exactly; that of a prescribed node's reaction is found the same way.
+   pure subroutine kick_and_drift(n, free, velocity, motion, local_damping, dt, mass, solid, normal, friction, load, &
+                                  viscous, v, u, work)
+      !> Components: two a node
+      integer, intent(in) :: n
+      !> 0 where the component is prescribed, else 1; prescribed velocity (n) [m/s]
+      real(wp), intent(in) :: free(n), velocity(n)
+      !> Factor of the prescribed velocities, part of the force that damps locally, step [s]
+      real(wp), intent(in) :: motion, local_damping, dt
+      !> Nodal mass (n) [kg per m]
+      real(wp), intent(in) :: mass(n)
+      !> Nodal forces (n) [N per m]
+      real(wp), dimension(n), intent(in) :: solid, normal, friction, load, viscous
+      !> Velocity [m/s] and displacement [m] (n)
+      real(wp), intent(inout) :: v(n), u(n)
+      !> Work against contact and friction, of loads and reactions, against damping so far [J per m]
+      real(wp), intent(inout) :: work(4)
+      real(wp) :: new, force, path, damping, contact, rubbing, external, dissipated
+      integer :: i
+
+      contact = 0.0_wp
+      rubbing = 0.0_wp
+      external = 0.0_wp
+      dissipated = 0.0_wp
+      !$omp simd private(new, force, path, damping) reduction(+:contact, rubbing, external, dissipated)
+      do i = 1, n
+         force = solid(i) + normal(i) + friction(i) + load(i)
+         damping = viscous(i) - free(i)*sign(local_damping*abs(force), v(i))
+         new = free(i)*(v(i) + dt*(force + damping)/mass(i)) + (1.0_wp - free(i))*velocity(i)*motion
+         path = 0.5_wp*(v(i) + new)*dt
+         contact = contact - normal(i)*path
+         rubbing = rubbing - friction(i)*path
+         external = external + path*(load(i) + (1.0_wp - free(i))*(mass(i)*(new - v(i))/dt - force - damping))
+         dissipated = dissipated - damping*path
+         v(i) = new
+         u(i) = u(i) + dt*new
+      end do
+      work = work + [contact, rubbing, external, dissipated]
+   end subroutine kick_and_drift
 
    !> Unbalanced force ratio: the norm of the net force on free nodes over the norm of what acts on the bodies (loads,
    !> contact and reactions). Zero at equilibrium; 0 when nothing acts.

@@ -36,6 +36,8 @@ module scene_m
       type(joints_t) :: joints
       type(wall_contact_t) :: walls
       type(contact_t) :: contact
+      !> Nodes that contact can push: all of the triangles with a node on a surface
+      integer, allocatable :: touching(:)
       !> Friction coefficient of every surface edge in potential contact (surface edges)
       real(wp), allocatable :: friction(:)
       type(loads_t) :: loads
@@ -81,6 +83,7 @@ contains
       call build_rock(scene)
       call build_joints(scene, log)
       call build_contact(scene)
+      call find_touching(scene)
       call init_loads(scene%split, deck%boundary, scene%loads)
       call init_state(scene%mass, size(scene%split%joint, 2), state)
       call start_moving(scene, state)
@@ -199,6 +202,23 @@ contains
          allocate (scene%friction(size(scene%split%surface, 2)), source=tan(settings%friction_angle*radians))
       end associate
    end subroutine build_contact
+
+   !> Nodes of the triangles with a node on a surface.
+   subroutine find_touching(scene)
+      type(scene_t), intent(inout) :: scene
+      logical, allocatable :: on_surface(:), touches(:)
+      integer :: e, n
+
+      allocate (on_surface(size(scene%split%x, 2)), source=.false.)
+      do e = 1, size(scene%split%surface, 2)
+         on_surface(scene%split%surface(:, e)) = .true.
+      end do
+      touches = on_surface
+      do e = 1, size(scene%split%triangle, 2)
+         if (any(on_surface(scene%split%triangle(:, e)))) touches(scene%split%triangle(:, e)) = .true.
+      end do
+      scene%touching = pack([(n, n=1, size(touches))], touches)
+   end subroutine find_touching
 
    !> Index of the deck's &joint group of a joint element.
    pure integer function deck_joint(scene, j) result(group)
