@@ -14,7 +14,7 @@ module motion_m
 contains
 
    !> Advance velocities and displacements by one step of eq 1 (semi-implicit Euler, kick then drift) and add the step's
-   !> work to the energy account.
+   !> work to the energy account; the kinetic energy after it is there at no cost.
    pure subroutine move_nodes(loads, motion, local_damping, dt, damping_force, state)
       type(loads_t), intent(in) :: loads
       !> Prescribed velocities act times this: 1 or a smooth profile while the stage moves, 0 while it rests
@@ -27,7 +27,7 @@ contains
       real(wp), contiguous, intent(in) :: damping_force(:, :)
       type(state_t), intent(inout) :: state
       real(wp), dimension(2, block_size) :: viscous, mass, free
-      real(wp) :: work(4)
+      real(wp) :: work(5)
       integer :: first, last, m, i
 
       viscous = 0.0_wp
@@ -49,6 +49,7 @@ contains
          energy%friction = energy%friction + work(2)
          energy%external = energy%external + work(3)
          energy%damping = energy%damping + work(4)
+         energy%kinetic = work(5)
       end associate
    end subroutine move_nodes
 
@@ -68,16 +69,17 @@ contains
       real(wp), dimension(n), intent(in) :: solid, normal, friction, load, viscous
       !> Velocity [m/s] and displacement [m] (n)
       real(wp), intent(inout) :: v(n), u(n)
-      !> Work against contact and friction, of loads and reactions, against damping so far [J per m]
-      real(wp), intent(inout) :: work(4)
-      real(wp) :: new, force, path, damping, contact, rubbing, external, dissipated
+      !> Work against contact and friction, of loads and reactions, against damping so far; kinetic energy [J per m]
+      real(wp), intent(inout) :: work(5)
+      real(wp) :: new, force, path, damping, contact, rubbing, external, dissipated, twice_kinetic
       integer :: i
 
       contact = 0.0_wp
       rubbing = 0.0_wp
       external = 0.0_wp
       dissipated = 0.0_wp
-      !$omp simd private(new, force, path, damping) reduction(+:contact, rubbing, external, dissipated)
+      twice_kinetic = 0.0_wp
+      !$omp simd private(new, force, path, damping) reduction(+:contact, rubbing, external, dissipated, twice_kinetic)
       do i = 1, n
          force = solid(i) + normal(i) + friction(i) + load(i)
          damping = viscous(i) - free(i)*sign(local_damping*abs(force), v(i))
@@ -87,10 +89,11 @@ contains
          rubbing = rubbing - friction(i)*path
          external = external + path*(load(i) + (1.0_wp - free(i))*(mass(i)*(new - v(i))/dt - force - damping))
          dissipated = dissipated - damping*path
+         twice_kinetic = twice_kinetic + mass(i)*new**2
          v(i) = new
          u(i) = u(i) + dt*new
       end do
-      work = work + [contact, rubbing, external, dissipated]
+      work = work + [contact, rubbing, external, dissipated, 0.5_wp*twice_kinetic]
    end subroutine kick_and_drift
 
    !> Unbalanced force ratio: the norm of the net force on free nodes over the norm of what acts on the bodies (loads,
