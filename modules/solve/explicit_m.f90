@@ -217,8 +217,6 @@ contains
       integer :: e
 
       searched = scene%contact%needs_search(state%u)
-      ! A run that has blown up is reported at the next look; there is nothing to search in it
-      if (searched) searched = all_finite(state)
       if (searched) call scene%contact%search(scene%split, state%u)
       if (scene%has_potential_joints) then
          call scene%contact%joint_tractions(scene%split, normal, shear)
