@@ -18,6 +18,7 @@ program femdem
    use scene_m, only: scene_t, build_scene, begin_stage, solver_explicit
    use state_m, only: state_t
    use plan_m, only: say_plan
+   use stable_step_m, only: check_given_step
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
    use results_m, only: results_t, place_t, results_directory, load_state
    use story_m, only: say_start, say_stage, say_end, command_text
@@ -70,6 +71,9 @@ program femdem
    if (errors%any()) call stop_with(status_bad_input)
    call say_plan(scene, mesh, log)
    if (command%check) then
+      call begin_stage(scene, 1)
+      call check_given_step(scene, 1, state, errors)
+      if (errors%any()) call stop_with(status_bad_input)
       call log%say('the input is good')
       call exit_with(status_ok)
    end if
@@ -84,6 +88,9 @@ program femdem
    do stage = 1, size(deck%stage)
       call begin_stage(scene, stage)
       if (stage < done%stage) cycle
+      call check_given_step(scene, stage, state, errors)
+      ! Before the first step it is the input that is wrong; later the joints have become too stiff for it
+      if (errors%any()) call stop_with(merge(status_bad_input, status_failed, state%step == 0))
       do cycle = 1, deck%stage(stage)%cycles
          if (stage == done%stage .and. cycle <= done%cycle) cycle
          select case (scene%solver)

@@ -109,6 +109,17 @@ def test_one_mistake_one_message(femdem, tmp_path):
 
 
 @pytest.mark.fast
+@pytest.mark.parametrize("option", ["--check", "--quiet"])
+def test_unstable_step(option, femdem, tmp_path):
+    """Known only when the scene has been built: refused before the first step, with both numbers."""
+    check(femdem, BASE.replace("damping = 'local'", "damping = 'local'\n   step = 1e-3"), tmp_path)
+    result = run(femdem, [option, "input.nml"], tmp_path)
+    assert result.returncode == 2
+    for fragment in ("&explicit step = ", "longer than the stable step", "stage 'load'"):
+        assert fragment in result.stderr
+
+
+@pytest.mark.fast
 def test_no_deck_at_all(femdem, tmp_path):
     result = run(femdem, ["--check", "nothing.nml"], tmp_path)
     assert_wrong(result, "nothing.nml", "cannot be opened")

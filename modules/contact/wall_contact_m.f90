@@ -1,10 +1,15 @@
 !> Contact of facing fracture walls: where each piece of an upper wall meets the other side now.
 !>
-!> Every joint's upper wall edge A'B' is projected on the surface opposite, starting from the edge it faced last and
-!> walking along that surface, so that sliding over any number of elements costs no search. Each overlap of an upper
-!> edge with one opposite edge gets two Gauss points; the pressure there is found by the joint's law, and the forces
-!> go to the four nodes by their shape functions. Overlaps are exact, so a constant pressure passes between walls whose
-!> nodes do not match. The walls continue straight across crossings of fractures and on to the outer boundary.
+!> One wall edge of every joint is projected on the surface opposite, starting from the edge it faced last and walking
+!> along that surface, so that sliding over any number of elements costs no search. Each overlap of a wall edge with one
+!> opposite edge gets two Gauss points; the pressure there is found by the joint's law, and the forces go to the four nodes
+!> by their shape functions. Overlaps are exact, so a constant pressure passes between walls whose nodes do not match.
+!> The walls continue straight across crossings of fractures and on to the outer boundary.
+!>
+!> Which wall walks is one choice for each chain of joints: the upper wall A'B', or the lower wall BA where the upper wall
+!> has more free surface straight ahead than the lower one, so that what slides off its partner is the wall that walks and
+!> what is walked on is the longer side. A wall has its rock on its left: turned by half a turn, a lower wall is an upper
+!> wall, and pressure, shear stress and slip keep their signs.
 module wall_contact_m
    use kinds_m, only: wp
    use mesh_m, only: split_mesh_t
@@ -22,13 +27,17 @@ module wall_contact_m
    !> Longest walk along the opposite surface in one step (edges)
    integer, parameter :: longest_walk = 64
 
-   !> The upper walls, the surface they walk on, and the integration points found last
+   !> The walls that walk, the surface they walk on, and the integration points found last
    type, public :: wall_contact_t
-      !> Joint of each upper wall edge (walls), its nodes A', B' (2, walls), surface edge faced last (walls)
+      !> Joint of each wall edge (walls), its nodes A', B' or B, A (2, walls), surface edge faced last (walls)
       integer, allocatable :: joint(:), node(:, :), facing(:)
+      !> +1: the upper wall walks, -1: the lower one (walls)
+      integer, allocatable :: side(:)
       !> Surface edges (2, edges), rock on their left; the edges that go on straight from their start and end (0: none)
       integer, allocatable :: surface(:, :), before(:), after(:)
-      !> Current length of each wall edge (walls) [m]; its tangent i (2, walls)
+      !> Has a wall come to face another edge since the stable step was last looked at?
+      logical :: moved_on = .false.
+      !> Current length of each wall edge (walls) [m]; its tangent, i of an upper wall, -i of a lower one (2, walls)
       real(wp), allocatable :: length(:), tangent(:, :)
       !> Integration points: number, wall edge, four nodes (A', B', p, q)
       integer :: points = 0
@@ -48,25 +57,115 @@ contains
       !> Joints whose walls are in wall contact (joints)
       logical, intent(in) :: handled(:)
       type(wall_contact_t), intent(out) :: walls
-      integer :: j, e, n
-      integer, allocatable :: lower_edge(:)
+      !> Surface edge of the lower and upper wall of each joint (joints)
+      integer, allocatable :: edge_of(:, :)
+      integer :: j, e, n, w
 
       n = count(handled)
       walls%joint = pack([(j, j=1, size(handled))], handled)
-      walls%node = split%joint(3:4, walls%joint)
       walls%surface = split%surface
-      allocate (walls%length(n), walls%tangent(2, n))
-      walls%length = 0.0_wp
-      walls%tangent = 0.0_wp
-      allocate (lower_edge(size(handled)))
-      lower_edge = 0
+      allocate (walls%length(n), walls%tangent(2, n), source=0.0_wp)
+      allocate (edge_of(2, size(handled)), source=0)
       do e = 1, size(split%surface, 2)
-         if (split%surface_side(e) < 0) lower_edge(split%surface_joint(e)) = e
+         if (split%surface_joint(e) == 0) cycle
+         edge_of(merge(1, 2, split%surface_side(e) < 0), split%surface_joint(e)) = e
       end do
-      walls%facing = lower_edge(walls%joint)
       call continue_straight(split, walls%before, walls%after)
+      call choose_sides(walls, split, handled, edge_of)
+      allocate (walls%node(2, n), walls%facing(n))
+      do w = 1, n
+         associate (edges => edge_of(:, walls%joint(w)))
+            walls%node(:, w) = split%surface(:, merge(edges(2), edges(1), walls%side(w) > 0))
+            walls%facing(w) = merge(edges(1), edges(2), walls%side(w) > 0)
+         end associate
+      end do
       call grow(walls, 4*n + 8)
    end subroutine init_wall_contact
+
+   !> Choose for each chain of joints which wall walks: the upper one, unless it has the more free surface ahead.
+   subroutine choose_sides(walls, split, handled, edge_of)
+      type(wall_contact_t), intent(inout) :: walls
+      type(split_mesh_t), intent(in) :: split
+      !> Joints whose walls are in wall contact (joints)
+      logical, intent(in) :: handled(:)
+      !> Surface edge of the lower and upper wall of each joint (2, joints)
+      integer, intent(in) :: edge_of(:, :)
+      !> A joint of the same chain, at last the one that stands for it (joints)
+      integer, allocatable :: chain(:)
+      !> Length of the free surface ahead of the lower and upper walls of each chain (2, joints) [m]
+      real(wp), allocatable :: ahead(:, :)
+      integer :: j, k, next, standing
+
+      allocate (chain(size(handled)))
+      chain = [(j, j=1, size(handled))]
+      do j = 1, size(handled)
+         if (.not. handled(j)) cycle
+         do k = 1, 2
+            next = walls%after(edge_of(k, j))
+            if (next == 0) cycle
+            next = split%surface_joint(next)
+            if (next == 0) cycle
+            if (handled(next)) chain(max(root(chain, j), root(chain, next))) = min(root(chain, j), root(chain, next))
+         end do
+      end do
+      allocate (ahead(2, size(handled)), source=0.0_wp)
+      do j = 1, size(handled)
+         if (.not. handled(j)) cycle
+         standing = root(chain, j)
+         do k = 1, 2
+            ahead(k, standing) = ahead(k, standing) + length_of(split, free_run(walls%before, split, edge_of(k, j))) &
+                                 + length_of(split, free_run(walls%after, split, edge_of(k, j)))
+         end do
+      end do
+      allocate (walls%side(size(walls%joint)))
+      do k = 1, size(walls%joint)
+         standing = root(chain, walls%joint(k))
+         ! Equal but for rounding counts as equal
+         walls%side(k) = merge(-1, 1, ahead(2, standing) > (1.0_wp + least_overlap)*ahead(1, standing))
+      end do
+   end subroutine choose_sides
+
+   !> The joint that stands for a chain.
+   pure integer function root(chain, j)
+      integer, intent(in) :: chain(:), j
+
+      root = j
+      do while (chain(root) /= root)
+         root = chain(root)
+      end do
+   end function root
+
+   !> Free surface edges that follow a wall edge in one direction, as long as they run on as the wall does.
+   pure function free_run(neighbour, split, e) result(run)
+      !> Next edge in the direction of the walk (surface edges)
+      integer, intent(in) :: neighbour(:)
+      type(split_mesh_t), intent(in) :: split
+      !> Wall edge
+      integer, intent(in) :: e
+      integer, allocatable :: run(:)
+      integer :: next
+
+      allocate (run(0))
+      next = neighbour(e)
+      do while (next > 0)
+         if (split%surface_joint(next) > 0) return
+         if (dot_product(direction(split, e), direction(split, next)) < facing_cosine) return
+         run = [run, next]
+         next = neighbour(next)
+      end do
+   end function free_run
+
+   !> Length of some surface edges before any motion [m].
+   pure real(wp) function length_of(split, edges) result(length)
+      type(split_mesh_t), intent(in) :: split
+      integer, intent(in) :: edges(:)
+      integer :: k
+
+      length = 0.0_wp
+      do k = 1, size(edges)
+         length = length + norm2(split%x(:, split%surface(2, edges(k))) - split%x(:, split%surface(1, edges(k))))
+      end do
+   end function length_of
 
    !> For each surface edge find the edges that continue it most nearly straight, across crossings too.
    subroutine continue_straight(split, before, after)
@@ -110,40 +209,37 @@ contains
       end do
    end subroutine continue_straight
 
-   !> Surface edges whose contact belongs to the walls: the walls themselves, and the free surface that continues a lower
-   !> wall straight on, where an upper wall may slide to. Their fracture group; 0 for all others (surface edges).
-   function surfaces_walked(walls, split, handled) result(group)
+   !> Surface edges whose contact belongs to the walls: the walls themselves, and the free surface straight ahead of the
+   !> side that is walked on. Their fracture group; 0 for all others (surface edges).
+   function surfaces_walked(walls, split) result(group)
       type(wall_contact_t), intent(in) :: walls
       type(split_mesh_t), intent(in) :: split
-      !> Joints whose walls are in wall contact (joints)
-      logical, intent(in) :: handled(:)
       integer, allocatable :: group(:)
+      !> Side of each joint that walks, 0 without wall contact (joints)
+      integer, allocatable :: walking(:)
       integer :: e
 
       allocate (group(size(split%surface, 2)), source=0)
+      allocate (walking(size(split%joint, 2)), source=0)
+      walking(walls%joint) = walls%side
       do e = 1, size(group)
          if (split%surface_joint(e) == 0) cycle
-         if (handled(split%surface_joint(e))) group(e) = split%joint_group(split%surface_joint(e))
+         if (walking(split%surface_joint(e)) /= 0) group(e) = split%joint_group(split%surface_joint(e))
       end do
       do e = 1, size(group)
-         if (group(e) == 0 .or. split%surface_side(e) >= 0) cycle
-         call mark(walls%before, e)
-         call mark(walls%after, e)
+         if (split%surface_joint(e) == 0) cycle
+         if (walking(split%surface_joint(e)) /= -split%surface_side(e)) cycle
+         call mark(free_run(walls%before, split, e))
+         call mark(free_run(walls%after, split, e))
       end do
 
    contains
 
-      !> Mark the free edges that follow edge e.
-      subroutine mark(neighbour, e)
-         integer, intent(in) :: neighbour(:), e
-         integer :: next
+      !> Give free edges the group of edge e.
+      subroutine mark(run)
+         integer, intent(in) :: run(:)
 
-         next = neighbour(e)
-         do while (next > 0)
-            if (split%surface_joint(next) > 0 .or. group(next) > 0) return
-            group(next) = group(e)
-            next = neighbour(next)
-         end do
+         where (group(run) == 0) group(run) = group(e)
       end subroutine mark
 
    end function surfaces_walked
@@ -216,6 +312,7 @@ contains
             end if
             call project(walls, e, x, u, a, t, length, from, to, faces)
          end do
+         if (walls%facing(w) /= e) walls%moved_on = .true.
          walls%facing(w) = e
          if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to)
          beyond_start = from > 0.0_wp
@@ -288,7 +385,7 @@ contains
       do g = 1, 2
          xi = low + (high - low)*gauss(g)
          eta = (to - xi)/(to - from)
-         ! Outward normal of the upper wall is its tangent turned clockwise
+         ! The outward normal of a wall is its tangent turned clockwise
          gap = dot_product(p + eta*(q - p) - a - xi*(b - a), [t(2), -t(1)])
          if (gap < -deepest*length) cycle
          k = walls%points + 1
@@ -328,7 +425,7 @@ contains
    !> Add the forces of given tractions at the integration points to the nodes of both walls (eqs 2, 4 in wall form).
    pure subroutine add_wall_forces(walls, pressure, shear, normal_force, friction_force)
       type(wall_contact_t), intent(in) :: walls
-      !> Normal stress, compression positive, and shear stress on the lower wall along i (points) [Pa]
+      !> Normal stress, compression positive, and shear stress, positive when it resists positive slip (points) [Pa]
       real(wp), intent(in) :: pressure(:), shear(:)
       !> Nodal forces (2, nodes) [N per m of thickness]: normal and tangential part kept apart for the energy balance
       real(wp), contiguous, intent(inout) :: normal_force(:, :), friction_force(:, :)
@@ -338,7 +435,7 @@ contains
 
       do k = 1, walls%points
          if (pressure(k) <= 0.0_wp) cycle
-         ! j of the joint points from the lower wall to the upper: the lower wall pushes the upper one along j
+         ! The wall is pushed into its rock, which lies on its left
          normal = [-walls%tangent(2, walls%wall(k)), walls%tangent(1, walls%wall(k))]*pressure(k)*walls%weight(k)
          tangent = -walls%tangent(:, walls%wall(k))*shear(k)*walls%weight(k)
          do i = 1, 4
@@ -350,27 +447,65 @@ contains
       end do
    end subroutine add_wall_forces
 
-   !> Add the row sums of the walls' stiffness to the nodal bounds (see solid_m).
-   pure subroutine wall_stiffness_bound(walls, stiffness, bound)
-      type(wall_contact_t), intent(in) :: walls
+   !> Add the row sums of the walls' stiffness to the nodal bounds (see solid_m). Edges count in full, and the next ones
+   !> with them, so that the bound holds until a wall faces another edge.
+   subroutine wall_stiffness_bound(walls, x, stiffness, bound)
+      type(wall_contact_t), intent(inout) :: walls
+      !> Reference coordinates (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: x(:, :)
       !> The larger of normal and shear stiffness (walls) [Pa/m]
       real(wp), intent(in) :: stiffness(:)
       !> Nodal bound (nodes) [N/m per m of thickness]
       real(wp), intent(inout) :: bound(:)
-      !> Sum of the absolute shape functions of both walls
-      real(wp), parameter :: row_sum = 2.0_wp
-      integer :: k, i
+      !> Sum of the absolute shape functions of both walls, times the half of an edge that each of its nodes has
+      real(wp), parameter :: share = 2.0_wp*0.5_wp
+      real(wp) :: against(size(walls%surface, 2))
+      integer :: w, e
 
-      do k = 1, walls%points
-         do i = 1, 4
-            associate (node => walls%point_node(i, k))
-               bound(node) = bound(node) + row_sum*stiffness(walls%wall(k))*walls%weight(k)*walls%shape(i, k)
-            end associate
-         end do
+      walls%moved_on = .false.
+      against = 0.0_wp
+      do w = 1, size(walls%joint)
+         e = walls%facing(w)
+         if (e == 0) cycle
+         call add_edge(walls%node(:, w), stiffness(w))
+         against(e) = max(against(e), stiffness(w))
+         call raise(walls%before)
+         call raise(walls%after)
       end do
+      do e = 1, size(against)
+         if (against(e) > 0.0_wp) call add_edge(walls%surface(:, e), against(e))
+      end do
+
+   contains
+
+      !> Raise the stiffness against the edges that follow edge e within the reach of wall w, and one more.
+      subroutine raise(neighbour)
+         integer, intent(in) :: neighbour(:)
+         integer :: next
+         real(wp) :: left
+
+         next = e
+         left = norm2(x(:, walls%node(2, w)) - x(:, walls%node(1, w)))
+         do
+            next = neighbour(next)
+            if (next == 0) return
+            against(next) = max(against(next), stiffness(w))
+            left = left - norm2(x(:, walls%surface(2, next)) - x(:, walls%surface(1, next)))
+            if (left < 0.0_wp .or. next == e) return
+         end do
+      end subroutine raise
+
+      !> Add an edge's stiffness to its nodes.
+      subroutine add_edge(node, k)
+         integer, intent(in) :: node(2)
+         real(wp), intent(in) :: k
+
+         bound(node) = bound(node) + share*k*norm2(x(:, node(2)) - x(:, node(1)))
+      end subroutine add_edge
+
    end subroutine wall_stiffness_bound
 
-   !> Velocity of the upper wall relative to the lower one along i at an integration point [m/s].
+   !> Velocity of the upper wall relative to the lower one along i at an integration point [m/s]; the same for both sides.
    pure real(wp) function wall_slip_rate(walls, k, v) result(rate)
       type(wall_contact_t), intent(in) :: walls
       !> Integration point

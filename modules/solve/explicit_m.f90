@@ -1,6 +1,7 @@
 !> Explicit solver: one load increment of a stage after the other, eq 1 stepped in time.
 module explicit_m
    use kinds_m, only: wp, i8
+   use constants_m, only: is_set
    use errors_m, only: error_list_t
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
@@ -252,7 +253,8 @@ contains
                       trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', step '//to_text(state%step)// &
                       ', dt '//to_text(dt)//' s), most at node '//to_text(worst)//' near x = '// &
                       to_text(scene%split%x(1, worst))//', y = '//to_text(scene%split%x(2, worst))// &
-                      '; try a smaller &explicit safety, or check penalty and boundary conditions there')
+                      '; try a smaller &explicit '//trim(merge('step  ', 'safety', is_set(scene%deck%explicit%step)))// &
+                      ', or check penalty and boundary conditions there')
    end subroutine report_failure
 
    !> Part of the whole run that is done, for the progress line: cycles weigh by their duration.

@@ -196,8 +196,7 @@ contains
          do e = 1, size(penalty)
             penalty(e) = scene%deck%material(material_of(scene, e))%penalty_factor*scene%solid%young(e)
          end do
-         call scene%contact%init(scene%split, penalty, surfaces_walked(scene%walls, scene%split, scene%joints%wall_handled), &
-                                 options)
+         call scene%contact%init(scene%split, penalty, surfaces_walked(scene%walls, scene%split), options)
          scene%has_contact = scene%contact%possible
          allocate (scene%friction(size(scene%split%surface, 2)), source=tan(settings%friction_angle*radians))
       end associate

@@ -6,6 +6,8 @@
 module stable_step_m
    use kinds_m, only: wp
    use constants_m, only: is_set, megapascal_per_millimetre
+   use errors_m, only: error_list_t
+   use text_m, only: to_text, quoted
    use scene_m, only: scene_t
    use state_m, only: state_t
    use wall_contact_m, only: find_overlaps, wall_stiffness_bound
@@ -13,7 +15,7 @@ module stable_step_m
    implicit none
    private
 
-   public :: stable_step, scaled_mass, longest_stable_step
+   public :: stable_step, check_given_step, scaled_mass, longest_stable_step
 
 contains
 
@@ -55,6 +57,26 @@ contains
       end do
    end subroutine raise_masses
 
+   !> A step given in the deck must be stable at the start of a stage.
+   subroutine check_given_step(scene, stage, state, errors)
+      type(scene_t), intent(inout) :: scene
+      !> Stage that starts
+      integer, intent(in) :: stage
+      type(state_t), intent(in) :: state
+      type(error_list_t), intent(inout) :: errors
+      real(wp) :: stiffness(size(state%mass)), longest
+
+      associate (settings => scene%deck%explicit)
+         if (.not. is_set(settings%step)) return
+         call stiffness_bound(scene, state, stiffness)
+         longest = longest_stable_step(stiffness, scene%rock_damping, state%mass, scene%loads%fixed)
+         if (settings%step <= longest) return
+         call errors%add(scene%deck%path//':'//to_text(settings%line)//': &explicit step = '//to_text(settings%step)// &
+                         ' s: longer than the stable step, '//to_text(longest)//' s at the start of stage '// &
+                         quoted(scene%deck%stage(stage)%name)//'; must be less, or be left out: the program then finds it')
+      end associate
+   end subroutine check_given_step
+
    !> Nodal bounds of the stiffness of rock, joints and contact at the present state (nodes) [N/m per m of thickness].
    subroutine stiffness_bound(scene, state, bound)
       type(scene_t), intent(inout) :: scene
@@ -65,7 +87,7 @@ contains
       if (scene%has_walls) then
          scene%joints%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, state%joint)
          call find_overlaps(scene%walls, scene%split%x, state%u)
-         call wall_stiffness_bound(scene%walls, &
+         call wall_stiffness_bound(scene%walls, scene%split%x, &
                                    scene%joints%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
       end if
       if (scene%has_contact) call scene%contact%add_stiffness(bound)
