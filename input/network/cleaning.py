@@ -16,7 +16,7 @@ from planar_graph import COINCIDENT, EndlessError, Graph, branches, crossings, g
 from scipy.spatial import cKDTree
 from traces import TraceError, Traces, clip
 
-SNAP = 5e-4  # of the window's longer side: default snap tolerance, 1 mm in 2 m
+SNAP = 5e-4  # of the window's shorter side: default snap tolerance, 1 mm in 2 m
 MIN_ANGLE = 15.0  # default least angle between fractures at a node [degrees]
 LINK_ANGLE = np.radians(60.0)  # angle at which a rerouted fracture meets the other
 MOST_ROUNDS = 200  # of removing features
@@ -101,7 +101,7 @@ def clean(traces, window=None, snap=None, feature=None, simplify=None, stub=None
     """
     window = checked_window(window or traces.extent)
     size = max(window[2] - window[0], window[3] - window[1])
-    snap = SNAP * size if snap is None else snap
+    snap = SNAP * min(window[2] - window[0], window[3] - window[1]) if snap is None else snap
     feature = 4 * snap if feature is None else max(feature, snap)
     simplify = feature / 2 if simplify is None else simplify
     stub = 2 * feature if stub is None else stub

@@ -18,13 +18,15 @@ import gmsh
 import numpy as np
 from cleaning import MIN_ANGLE, clean, traces_of
 from mesh_quality import MeshData, Quality, check_mesh
-from planar_graph import SIDE_NAMES, Graph, branches
+from planar_graph import SIDE_NAMES, Graph, branches, nodes_near_edges
 from traces import TraceError, read_traces, write_traces
 
 FEATURE = 0.35  # default least feature over the element size at fractures
 COARSE = 4.0  # default element size far away over that at fractures
 GRADING = 0.3  # default growth of the element size per unit distance
 SAMPLES = 2  # points a size along fractures, from which distance is measured
+NARROWER = 1.4  # step between the sizes at narrow places
+ROOMY = 1.5  # size at a narrow place over its width: one element fits without being halved
 ALGORITHMS = (6, 5, 1)  # of gmsh, tried in turn: frontal, Delaunay, adaptive
 SURFACE, FRACTURES = "rock", "fractures"
 
@@ -103,7 +105,7 @@ def halve_single_edges(graph, size):
 
 
 def build_geometry(graph, group):
-    """Points, lines and the surface of the cleaned network in gmsh; the gmsh lines of the graph's edges."""
+    """Points, lines and the surface of the cleaned network in gmsh; the gmsh points and lines of the graph."""
     geo = gmsh.model.geo
     point = [geo.addPoint(x, y, 0.0) for x, y in graph.xy]
     line = [geo.addLine(point[a], point[b]) for a, b in graph.edge]
@@ -118,7 +120,7 @@ def build_geometry(graph, group):
     for name in sorted(members, key=lambda name: (name in SIDE_NAMES.values(), name)):
         gmsh.model.setPhysicalName(1, gmsh.model.addPhysicalGroup(1, members[name]), name)
     gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, [surface]), SURFACE)
-    return line
+    return point, line
 
 
 def boundary_loop(graph, line):
@@ -133,8 +135,39 @@ def boundary_loop(graph, line):
     return [tag for _, tag in sorted(loop)]
 
 
-def set_sizes(graph, line, size, coarse, grading):
-    """Element sizes: the given one along fractures, growing with the distance from them."""
+def add_threshold(distance, size, coarse, grading):
+    """A field of gmsh: the size at distance 0, growing to the coarse one."""
+    field = gmsh.model.mesh.field
+    threshold = field.add("Threshold")
+    set_option(field.setNumber, threshold, ("IField", "InField"), distance)
+    set_option(field.setNumber, threshold, ("LcMin", "SizeMin"), size)
+    set_option(field.setNumber, threshold, ("LcMax", "SizeMax"), coarse)
+    field.setNumber(threshold, "DistMin", 0.0)
+    field.setNumber(threshold, "DistMax", max((coarse - size) / grading, 1e-6 * size))
+    return threshold
+
+
+def narrow_places(graph, point, size):
+    """gmsh points where the network is narrower than an element, by the smaller size [m] that fits there.
+
+    Narrow is a node with a short edge, or near an edge that is not its own. Sizes are rounded to few values.
+    """
+    room = np.full(len(graph.xy), np.inf)
+    np.minimum.at(room, graph.edge.ravel(), np.repeat(graph.lengths, 2))
+    node, edge, _, distance = nodes_near_edges(graph, size)
+    np.minimum.at(room, node, distance)
+    ends = graph.edge[edge].ravel()
+    away = np.hypot(*(graph.xy[ends] - graph.xy[np.repeat(node, 2)]).T)
+    np.minimum.at(room, ends, np.maximum(away, np.repeat(distance, 2)))
+    steps = np.floor(np.log(size / (ROOMY * room)) / np.log(NARROWER))
+    narrow = {}
+    for n in np.flatnonzero(steps > 0):
+        narrow.setdefault(size / NARROWER ** int(steps[n]), []).append(point[n])
+    return narrow
+
+
+def set_sizes(graph, point, line, size, coarse, grading):
+    """Element sizes: the given one along fractures, less at narrow places, growing with the distance from them."""
     field = gmsh.model.mesh.field
     by_samples = {}
     for e in np.flatnonzero(graph.is_fracture):
@@ -146,13 +179,11 @@ def set_sizes(graph, line, size, coarse, grading):
         distance = field.add("Distance")
         set_option(field.setNumbers, distance, ("EdgesList", "CurvesList"), lines)
         set_option(field.setNumber, distance, ("NNodesByEdge", "NumPointsPerCurve", "Sampling"), samples)
-        threshold = field.add("Threshold")
-        set_option(field.setNumber, threshold, ("IField", "InField"), distance)
-        set_option(field.setNumber, threshold, ("LcMin", "SizeMin"), size)
-        set_option(field.setNumber, threshold, ("LcMax", "SizeMax"), coarse)
-        field.setNumber(threshold, "DistMin", 0.0)
-        field.setNumber(threshold, "DistMax", max((coarse - size) / grading, 1e-6 * size))
-        thresholds.append(threshold)
+        thresholds.append(add_threshold(distance, size, coarse, grading))
+    for smaller, points in narrow_places(graph, point, size).items():
+        distance = field.add("Distance")
+        set_option(field.setNumbers, distance, ("NodesList", "PointsList"), points)
+        thresholds.append(add_threshold(distance, smaller, coarse, grading))
     least = field.add("Min")
     field.setNumbers(least, "FieldsList", thresholds)
     field.setAsBackgroundMesh(least)
@@ -203,8 +234,8 @@ def write_mesh(graph, group, size, coarse, grading, path):
         gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
         for algorithm in ALGORITHMS:
             gmsh.clear()
-            line = build_geometry(graph, group)
-            set_sizes(graph, line, size, coarse, grading)
+            point, line = build_geometry(graph, group)
+            set_sizes(graph, point, line, size, coarse, grading)
             gmsh.option.setNumber("Mesh.Algorithm", algorithm)
             try:
                 gmsh.model.mesh.generate(2)
@@ -277,7 +308,7 @@ def arguments_of(words=None):
     parser.add_argument(
         "--window", type=float, nargs=4, metavar=("X0", "Y0", "X1", "Y1"), help="rectangle to mesh (default: extent)"
     )
-    parser.add_argument("--snap", type=float, help="snap tolerance (m; default 5e-4 of the longer side)")
+    parser.add_argument("--snap", type=float, help="snap tolerance (m; default 5e-4 of the shorter side)")
     parser.add_argument("--feature", type=float, help=f"least feature that stays (m; default {FEATURE:g} sizes)")
     parser.add_argument("--simplify", type=float, help="tolerance of simplifying (m; default half a feature)")
     parser.add_argument("--stub", type=float, help="shorter dangling ends are dropped (m; default two features)")

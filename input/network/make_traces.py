@@ -17,6 +17,7 @@ import numpy as np
 from planar_graph import COINCIDENT, SIDE_BIT, graph_of, knit
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.special import ndtri
 from traces import TraceError, Traces, clip, write_traces
 
 STRIKES = (100.0, 140.0)  # of Lei, Latham & Xiang (2016), section 4
@@ -39,14 +40,14 @@ def two_sets(seed, side, strikes, scatter, share, exponent, shortest, longest, p
     kept, of_set, drawn, length = [], [], 0, 0.0
     while drawn < MOST_DRAWN:
         # Everything of one trace is drawn in one row, so that traces do not depend on how many are drawn at once
-        number = random.random((DRAWN_AT_ONCE, 4))
-        turn = scatter * random.standard_normal(DRAWN_AT_ONCE)
+        number = random.random((DRAWN_AT_ONCE, 5))
+        turn = scatter * ndtri(number[:, 4])
         drawn += DRAWN_AT_ONCE
         which = (number[:, 0] >= share).astype(int)
         strike = np.radians(np.array(strikes)[which] + turn)
         half = power_law(number[:, 1], exponent, shortest, longest)[:, None] / 2
         along = half * np.stack([np.sin(strike), np.cos(strike)], axis=1)
-        centre = -longest / 2 + (side + longest) * number[:, 2:]
+        centre = -longest / 2 + (side + longest) * number[:, 2:4]
         # To the micrometre, as digitised traces are
         for ends, one in zip(np.round(np.hstack([centre - along, centre + along]), 6), which, strict=True):
             inside = clip(Traces(ends[None, :], np.array([0]), ["0"]), window)
@@ -81,8 +82,8 @@ def arguments_of(words=None):
     parser.add_argument("--scatter", type=float, default=3.0, help="standard deviation of the strike (default 3)")
     parser.add_argument("--share", type=float, default=0.6, help="share of traces in the first set (default 0.6)")
     parser.add_argument("--exponent", type=float, default=2.0, help="of the power law of lengths (default 2)")
-    parser.add_argument("--shortest", type=float, default=0.3, help="shortest trace (m; default 0.3)")
-    parser.add_argument("--longest", type=float, default=3.0, help="longest trace (m; default 3)")
+    parser.add_argument("--shortest", type=float, default=0.4, help="shortest trace (m; default 0.4)")
+    parser.add_argument("--longest", type=float, default=4.0, help="longest trace (m; default 4)")
     stop = parser.add_mutually_exclusive_group()
     stop.add_argument("--p21", type=float, default=7.0, help="length of traces per area (1/m; default 7)")
     stop.add_argument("--traces", type=int, help="number of traces, in place of --p21")
