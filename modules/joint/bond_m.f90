@@ -1,0 +1,147 @@
+!> Cohesive joint elements: four nodes, three integration points with the law of cohesive_m. They hold the two sides of
+!> an edge together until they have softened; a kernel of plain arrays that knows nothing of meshes.
+module bond_m
+   use kinds_m, only: wp
+   use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_update
+   implicit none
+   private
+
+   public :: bond_forces, bond_stiffness_bound, bond_is_broken, bond_has_parted, bond_energy, bond_mode, add_nodal_forces
+
+   !> Integration points of a bond
+   integer, parameter, public :: bond_points = 3
+   !> A bond is broken when this many of its points have softened completely
+   integer, parameter :: points_to_break = 2
+   !> Gauss points on [0,1] and their weights
+   real(wp), parameter, public :: bond_place(bond_points) = &
+                                  [0.5_wp - sqrt(0.15_wp), 0.5_wp, 0.5_wp + sqrt(0.15_wp)]
+   real(wp), parameter, public :: bond_weight(bond_points) = [5.0_wp, 8.0_wp, 5.0_wp]/18.0_wp
+
+   !> How a bond broke: by opening, by slip, or by both; a mode is called pure when it spent this part of the energy
+   integer, parameter, public :: mode_i = 1, mode_ii = 2, mode_mixed = 3
+   real(wp), parameter :: pure_part = 0.8_wp
+
+contains
+
+   !> Add the forces of all bonds to the nodal forces and update their points.
+   !>
+   !>     A'-------->B'    i along the median line, j normal to it; opening and slip at a place are the relative
+   !>   j ^ :        :     displacement of the upper wall along j and i, plus the shift with which the bond was put in.
+   !>     | A------->B     Forces act along the length before any motion, so that a bond spends its fracture energy times
+   !>     +--> i           that length.
+   !>
+   !> The forces on the two walls are opposite and, with the small couple of the stresses on the opening, keep the moment
+   !> of momentum; this couple is also what makes their work that of the stresses on opening and slip.
+   pure subroutine bond_forces(node, length, law, shift, x, u, point, force)
+      !> Nodes A, B, A', B' (4, bonds), length before any motion (bonds) [m]
+      integer, contiguous, intent(in) :: node(:, :)
+      real(wp), contiguous, intent(in) :: length(:)
+      type(cohesive_t), intent(in) :: law(:)
+      !> Opening and slip that come on top of those of the nodes (2, points, bonds) [m]
+      real(wp), contiguous, intent(in) :: shift(:, :, :)
+      !> Reference coordinates and displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      !> State (points, bonds)
+      type(cohesive_point_t), contiguous, intent(inout) :: point(:, :)
+      !> Nodal forces (2, nodes) [N per m of thickness]
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      real(wp) :: i(2), j(2), median(2), start(2), end(2), delta(2), along, across, couple, pull(2)
+      real(wp) :: at_start(2), at_end(2)
+      integer :: b, k
+
+      do b = 1, size(node, 2)
+         associate (p => node(1, b), q => node(2, b), pp => node(3, b), qq => node(4, b))
+            start = u(:, pp) - u(:, p)
+            end = u(:, qq) - u(:, q)
+            median = 0.5_wp*((x(:, q) - x(:, p)) + (x(:, qq) - x(:, pp)) + (u(:, q) - u(:, p)) + (u(:, qq) - u(:, pp)))
+            i = median/sqrt(median(1)**2 + median(2)**2)
+            j = [-i(2), i(1)]
+            couple = 0.0_wp
+            at_start = 0.0_wp
+            at_end = 0.0_wp
+            do k = 1, bond_points
+               delta = start + bond_place(k)*(end - start)
+               along = delta(1)*i(1) + delta(2)*i(2)
+               across = delta(1)*j(1) + delta(2)*j(2)
+               call cohesive_update(law(b), across + shift(1, k, b), along + shift(2, k, b), point(k, b))
+               pull = (point(k, b)%normal*j + point(k, b)%shear*i)*bond_weight(k)*length(b)
+               at_start = at_start + (1.0_wp - bond_place(k))*pull
+               at_end = at_end + bond_place(k)*pull
+               couple = couple + (point(k, b)%normal*along - point(k, b)%shear*across)*bond_weight(k)*length(b)
+            end do
+            call add_nodal_forces(node(:, b), at_start, at_end, force)
+            ! Turning the element by d(angle) changes opening and slip by -along and +across times it
+            pull = 0.5_wp*couple/sqrt(median(1)**2 + median(2)**2)*j
+            force(:, p) = force(:, p) - pull
+            force(:, pp) = force(:, pp) - pull
+            force(:, q) = force(:, q) + pull
+            force(:, qq) = force(:, qq) + pull
+         end associate
+      end do
+   end subroutine bond_forces
+
+   !> Add opposite forces to the ends of a bond: they pull the walls together.
+   pure subroutine add_nodal_forces(node, at_start, at_end, force)
+      !> A, B, A', B'
+      integer, intent(in) :: node(4)
+      !> Pull on A and on B (2) [N per m]
+      real(wp), intent(in) :: at_start(2), at_end(2)
+      real(wp), contiguous, intent(inout) :: force(:, :)
+
+      force(:, node(1)) = force(:, node(1)) + at_start
+      force(:, node(2)) = force(:, node(2)) + at_end
+      force(:, node(3)) = force(:, node(3)) - at_start
+      force(:, node(4)) = force(:, node(4)) - at_end
+   end subroutine add_nodal_forces
+
+   !> Add the bonds' part to the nodal bounds of the stiffness (see solid_m): a bond's matrix k N N^T has the row sums
+   !> 2 k integral of N = k L at each of its nodes.
+   pure subroutine bond_stiffness_bound(node, length, law, bound)
+      integer, contiguous, intent(in) :: node(:, :)
+      real(wp), contiguous, intent(in) :: length(:)
+      type(cohesive_t), intent(in) :: law(:)
+      !> Nodal bound (nodes) [N/m per m of thickness]
+      real(wp), contiguous, intent(inout) :: bound(:)
+      integer :: b, k
+
+      do b = 1, size(node, 2)
+         do k = 1, 4
+            bound(node(k, b)) = bound(node(k, b)) + law(b)%stiffness*length(b)
+         end do
+      end do
+   end subroutine bond_stiffness_bound
+
+   !> Have two of the three points softened completely?
+   pure logical function bond_is_broken(point)
+      type(cohesive_point_t), intent(in) :: point(bond_points)
+
+      bond_is_broken = count(point%damage >= 1.0_wp) >= points_to_break
+   end function bond_is_broken
+
+   !> Have all points softened, so that nothing but contact is left?
+   pure logical function bond_has_parted(point)
+      type(cohesive_point_t), intent(in) :: point(bond_points)
+
+      bond_has_parted = all(point%damage >= 1.0_wp)
+   end function bond_has_parted
+
+   !> Fracture energy that a bond has spent by opening and by slip [J per m of thickness].
+   pure function bond_energy(length, point) result(energy)
+      real(wp), intent(in) :: length
+      type(cohesive_point_t), intent(in) :: point(bond_points)
+      real(wp) :: energy(2)
+
+      energy = length*[dot_product(bond_weight, point%spent_i), dot_product(bond_weight, point%spent_ii)]
+   end function bond_energy
+
+   !> Mode in which a bond spent its energy.
+   pure integer function bond_mode(energy) result(mode)
+      !> By opening and by slip [J/m]
+      real(wp), intent(in) :: energy(2)
+
+      mode = mode_mixed
+      if (energy(1) >= pure_part*sum(energy)) mode = mode_i
+      if (energy(2) >= pure_part*sum(energy)) mode = mode_ii
+   end function bond_mode
+
+end module bond_m

@@ -1,0 +1,238 @@
+!> The law of a cohesive joint at a point: rock that softens while a crack forms in it (the smeared crack of Munjiza,
+!> Andrews and White 1999), and the friction that is left. SI units; opening and tension positive.
+!>
+!> One damage D, 0 to 1, for opening o and slip s. The surface (o/o_D)^2 + (s/s_D)^2 = 1 grows with D from the strength
+!> (o_D = o_p, s_D = s_p at D = 0) to separation (o_t, s_t at D = 1). On it tension and bond shear stress lie on the
+!> ellipse of half axes f_t z(D) and f_b z(D); inside they go back along the secant. D never falls. Under pressure the
+!> walls press with the penalty stiffness and rub on the broken part: the shear strength c + sn tan(phi) at D = 0 goes
+!> over into the residual friction sn tan(phi_r) at D = 1, which is the law of contact. manual/theory_cracks.md derives it.
+module cohesive_m
+   use kinds_m, only: wp
+   implicit none
+   private
+
+   public :: cohesive_law, cohesive_update, softening, softening_integral, overstress, strengthened
+
+   !> Constants of the softening curve (Munjiza, Andrews and White 1999); c is a whole number here
+   real(wp), parameter :: a = 0.63_wp, b = 1.8_wp
+   integer, parameter :: c = 6
+   real(wp), parameter :: weight = (a + b - 1.0_wp)/(a + b)
+   real(wp), parameter :: exponent = (a + real(c, wp)*b)/((a + b)*(1.0_wp - a - b))
+   !> A residual friction steeper than the internal one would use up the bond at high pressure: this part of the cohesion
+   !> stays
+   real(wp), parameter :: least_bond = 1.0e-2_wp
+   !> Least softening range over the elastic one, where the stiffness is too low for the fracture energy
+   real(wp), parameter :: least_range = 0.1_wp
+   integer, parameter :: most_iterations = 50
+   real(wp), parameter :: close_enough = 1.0e-14_wp
+
+   !> Parameters of a cohesive joint
+   type, public :: cohesive_t
+      !> Tensile strength [Pa], cohesion [Pa], tangents of the internal and the residual friction angle
+      real(wp) :: tensile_strength = 0.0_wp, cohesion = 0.0_wp, internal = 0.0_wp, residual = 0.0_wp
+      !> Fracture energy in mode I and in mode II [J/m2]
+      real(wp) :: g_i = 0.0_wp, g_ii = 0.0_wp
+      !> Penalty stiffness, normal and tangential [Pa/m]
+      real(wp) :: stiffness = 0.0_wp
+      !> Does the joint start at its strength, with no elastic branch to pay for? (see cohesive_law)
+      logical :: rigid_start = .false.
+      !> Integral of z(D) over 0..1; opening o_p at the strength and range o_t - o_p over which it softens [m]
+      real(wp) :: integral = 0.0_wp, peak_opening = 0.0_wp, opening_range = 0.0_wp
+      !> Is the stiffness high enough for both fracture energies?
+      logical :: sound = .true.
+   end type cohesive_t
+
+   !> What a point of a cohesive joint remembers, and its stresses
+   type, public :: cohesive_point_t
+      !> Largest damage reached, 0 to 1
+      real(wp) :: damage = 0.0_wp
+      !> Slip at which the spring of the friction is relaxed [m]
+      real(wp) :: slide = 0.0_wp
+      !> Opening (positive) and slip of the last update [m]
+      real(wp) :: opening = 0.0_wp, slip = 0.0_wp
+      !> Normal stress, tension positive, and shear stress, with the sign of the slip it resists [Pa]
+      real(wp) :: normal = 0.0_wp, shear = 0.0_wp
+      !> Fracture energy spent by opening and by slip [J/m2]
+      real(wp) :: spent_i = 0.0_wp, spent_ii = 0.0_wp
+   end type cohesive_point_t
+
+contains
+
+   !> Complete the parameters. The energy spent from zero stress to separation is g_i in pure opening and, above the
+   !> residual friction, g_ii in pure slip: the elastic branch is part of it. A joint put in at its strength (rigid_start)
+   !> has no elastic branch of its own, the rock has; then all of g_i and g_ii is spent beyond the strength.
+   pure type(cohesive_t) function cohesive_law(tensile_strength, cohesion, internal, residual, g_i, g_ii, stiffness, &
+                                               rigid_start) result(law)
+      !> See cohesive_t
+      real(wp), intent(in) :: tensile_strength, cohesion, internal, residual, g_i, g_ii, stiffness
+      logical, intent(in) :: rigid_start
+      real(wp) :: bond, peak_slip, range
+
+      law%tensile_strength = tensile_strength
+      law%cohesion = cohesion
+      law%internal = internal
+      law%residual = residual
+      law%g_i = g_i
+      law%g_ii = g_ii
+      law%stiffness = stiffness
+      law%rigid_start = rigid_start
+      law%integral = softening_integral()
+      law%peak_opening = tensile_strength/stiffness
+      law%opening_range = softening_range(law, g_i, tensile_strength, law%peak_opening)
+      call slip_limits(law, 0.0_wp, bond, peak_slip, range)
+      law%sound = law%opening_range > least_range*law%peak_opening .and. range > least_range*peak_slip
+   end function cohesive_law
+
+   !> The law with both strengths multiplied by a factor; its fracture energies stay.
+   pure type(cohesive_t) function strengthened(law, factor)
+      type(cohesive_t), intent(in) :: law
+      real(wp), intent(in) :: factor
+
+      strengthened = cohesive_law(law%tensile_strength*factor, law%cohesion*factor, law%internal, law%residual, law%g_i, &
+                                  law%g_ii, law%stiffness, law%rigid_start)
+   end function strengthened
+
+   !> Softening z(D), 1 at D = 0 and 0 at D = 1.
+   elemental real(wp) function softening(damage) result(z)
+      real(wp), intent(in) :: damage
+
+      z = (1.0_wp - weight*exp(exponent*damage))*(a*(1.0_wp - damage) + b*(1.0_wp - damage)**c)
+   end function softening
+
+   !> Integral of z(D) over 0..1, exactly: with E_n the integral of (1-D)^n exp(k D), E_0 = (exp(k) - 1)/k and
+   !> E_n = (n E_(n-1) - 1)/k by parts, it is a/2 + b/(c+1) - w (a E_1 + b E_c).
+   pure real(wp) function softening_integral() result(integral)
+      real(wp) :: moment(0:c)
+      integer :: n
+
+      moment(0) = (exp(exponent) - 1.0_wp)/exponent
+      do n = 1, c
+         moment(n) = (real(n, wp)*moment(n - 1) - 1.0_wp)/exponent
+      end do
+      integral = a/2.0_wp + b/real(c + 1, wp) - weight*(a*moment(1) + b*moment(c))
+   end function softening_integral
+
+   !> Displacement over which a strength softens so that the fracture energy is spent [m].
+   pure real(wp) function softening_range(law, energy, strength, peak) result(range)
+      type(cohesive_t), intent(in) :: law
+      !> Fracture energy [J/m2], strength [Pa], displacement at the strength [m]
+      real(wp), intent(in) :: energy, strength, peak
+      real(wp) :: elastic
+
+      elastic = 0.5_wp*strength*peak
+      if (law%rigid_start) elastic = 0.0_wp
+      range = max((energy - elastic)/(strength*law%integral), least_range*peak)
+   end function softening_range
+
+   !> The bond's part of the shear strength, the slip at the whole strength and the range over which the bond softens.
+   pure subroutine slip_limits(law, pressure, bond, peak_slip, range)
+      type(cohesive_t), intent(in) :: law
+      !> Pressure on the walls, 0 when they are under tension [Pa]
+      real(wp), intent(in) :: pressure
+      !> Shear strength above the residual friction [Pa]
+      real(wp), intent(out) :: bond
+      !> [m]
+      real(wp), intent(out) :: peak_slip, range
+
+      bond = max(law%cohesion + pressure*(law%internal - law%residual), least_bond*law%cohesion)
+      peak_slip = (bond + law%residual*pressure)/law%stiffness
+      range = softening_range(law, law%g_ii, bond, peak_slip)
+   end subroutine slip_limits
+
+   !> Stress over strength at an elastic stress: 1 on the strength surface, the ellipse of f_t and c under tension and
+   !> c + sn tan(phi) under pressure.
+   elemental real(wp) function overstress(law, normal, shear)
+      type(cohesive_t), intent(in) :: law
+      !> Normal stress, tension positive, and shear stress [Pa]
+      real(wp), intent(in) :: normal, shear
+
+      if (normal > 0.0_wp) then
+         overstress = hypot(normal/law%tensile_strength, shear/law%cohesion)
+      else
+         overstress = abs(shear)/(law%cohesion - normal*law%internal)
+      end if
+   end function overstress
+
+   !> Bring a point to a new opening and slip.
+   pure subroutine cohesive_update(law, opening, slip, point)
+      type(cohesive_t), intent(in) :: law
+      !> Opening, negative when the walls overlap, and slip [m]
+      real(wp), intent(in) :: opening, slip
+      type(cohesive_point_t), intent(inout) :: point
+      real(wp) :: pressure, bond, peak_slip, range, tension, tension_before, shear_before, shear_stiffness, limit, spring
+      real(wp) :: damage
+
+      pressure = max(-law%stiffness*opening, 0.0_wp)
+      call slip_limits(law, pressure, bond, peak_slip, range)
+      damage = damage_at(law, max(opening, 0.0_wp), abs(slip), peak_slip, range, point%damage)
+      if (damage <= 0.0_wp) then
+         point%normal = law%stiffness*opening
+         point%shear = law%stiffness*slip
+         point%opening = opening
+         point%slip = slip
+         return
+      end if
+
+      tension_before = secant(law%tensile_strength, law%peak_opening, law%opening_range, point%damage)
+      shear_before = secant(bond, peak_slip, range, point%damage)
+      tension = secant(law%tensile_strength, law%peak_opening, law%opening_range, damage)
+      shear_stiffness = secant(bond, peak_slip, range, damage)
+      ! Work of the mean stress less what is stored: a secant that falls from K1 to K2 spends (K1 - K2) d1 d2/2
+      point%spent_i = point%spent_i + 0.5_wp*(tension_before - tension)*max(point%opening, 0.0_wp)*max(opening, 0.0_wp)
+      point%spent_ii = point%spent_ii + 0.5_wp*(shear_before - shear_stiffness)*max(point%slip*slip, 0.0_wp)
+      point%damage = damage
+      point%opening = opening
+      point%slip = slip
+      point%normal = merge(tension*opening, law%stiffness*opening, opening > 0.0_wp)
+
+      ! Friction on the broken part: a spring, so stiff that spring and bond together have the penalty stiffness, and a
+      ! slider that gives way at the residual friction
+      spring = law%stiffness - shear_stiffness
+      if (spring > 0.0_wp) then
+         limit = law%residual*pressure/spring
+         point%slide = max(slip - limit, min(slip + limit, point%slide))
+      end if
+      point%shear = shear_stiffness*slip + spring*(slip - point%slide)
+   end subroutine cohesive_update
+
+   !> Damage at an opening and slip, not less than before.
+   pure real(wp) function damage_at(law, opening, slip, peak_slip, range, before) result(damage)
+      type(cohesive_t), intent(in) :: law
+      !> Opening and slip, not negative; slip at the strength and range over which it softens [m]
+      real(wp), intent(in) :: opening, slip, peak_slip, range
+      real(wp), intent(in) :: before
+      real(wp) :: part_i, part_ii, excess, slope, step
+      integer :: i
+
+      damage = before
+      if (damage >= 1.0_wp) return
+      if (opening <= 0.0_wp) then
+         damage = max(before, min(1.0_wp, (slip - peak_slip)/range))
+         return
+      end if
+      ! excess(D) = (o/o_D)^2 + (s/s_D)^2 - 1 falls and is convex: Newton from below never passes the root
+      do i = 1, most_iterations
+         part_i = law%peak_opening + damage*law%opening_range
+         part_ii = peak_slip + damage*range
+         excess = (opening/part_i)**2 + (slip/part_ii)**2 - 1.0_wp
+         if (excess <= close_enough) return
+         slope = 2.0_wp*((opening/part_i)**2*law%opening_range/part_i + (slip/part_ii)**2*range/part_ii)
+         step = excess/slope
+         damage = damage + step
+         if (damage >= 1.0_wp) then
+            damage = 1.0_wp
+            return
+         end if
+      end do
+   end function damage_at
+
+   !> Secant stiffness of a softening branch at a damage [Pa/m]; it ends at 0.
+   pure real(wp) function secant(strength, peak, range, damage)
+      !> Strength [Pa], displacement at it and range over which it softens [m]
+      real(wp), intent(in) :: strength, peak, range, damage
+
+      secant = 0.0_wp
+      if (damage < 1.0_wp) secant = strength*softening(damage)/(peak + damage*range)
+   end function secant
+
+end module cohesive_m
