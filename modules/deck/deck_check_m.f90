@@ -27,6 +27,7 @@ contains
       call check_mesh_file(deck, errors)
       call check_repeated_names(deck, errors)
       call check_stage_names(deck, errors)
+      call check_crack_joints(deck, errors)
       do i = 1, size(deck%boundary)
          call check_boundary(deck, i, errors)
       end do
@@ -63,9 +64,28 @@ contains
 
       call check_distinct(deck, 'material', 'group', deck%material%group, deck%material%line, errors)
       call check_distinct(deck, 'joint', 'group', deck%joint%group, deck%joint%line, errors)
+      call check_distinct(deck, 'fracture', 'group', deck%fracture%group, deck%fracture%line, errors)
       call check_distinct(deck, 'initial', 'group', deck%initial%group, deck%initial%line, errors)
       call check_distinct(deck, 'stage', 'name', deck%stage%name, deck%stage%line, errors)
    end subroutine check_repeated_names
+
+   !> The law of new cracks is that of a &joint of the deck, or Coulomb friction.
+   subroutine check_crack_joints(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: nearest
+      integer :: i
+
+      do i = 1, size(deck%fracture)
+         associate (name => deck%fracture(i)%crack_joint)
+            if (name == '' .or. any(deck%joint%group == name)) cycle
+            nearest = nearest_word(name, deck%joint%group)
+            if (nearest /= '') nearest = '; did you mean '//quoted(nearest)//'?'
+            call errors%add(at(deck, deck%fracture(i)%line, 'fracture')//'crack_joint = '//quoted(name)// &
+                            ': no &joint has this group'//nearest)
+         end associate
+      end do
+   end subroutine check_crack_joints
 
    !> No two groups of a kind may have the same name.
    subroutine check_distinct(deck, group, variable, name, line, errors)

@@ -6,6 +6,7 @@ module deck_m
    use run_group_m, only: run_t, read_run, write_run
    use material_group_m, only: material_t, read_material, write_material
    use joint_group_m, only: joint_t, read_joint, write_joint
+   use fracture_group_m, only: fracture_t, read_fracture, write_fracture
    use contact_group_m, only: contact_t, read_contact, write_contact
    use boundary_group_m, only: boundary_t, read_boundary, write_boundary
    use initial_group_m, only: initial_t, read_initial, write_initial
@@ -25,6 +26,7 @@ module deck_m
       type(run_t) :: run
       type(material_t), allocatable :: material(:)
       type(joint_t), allocatable :: joint(:)
+      type(fracture_t), allocatable :: fracture(:)
       type(contact_t) :: contact
       type(boundary_t), allocatable :: boundary(:)
       type(initial_t), allocatable :: initial(:)
@@ -36,7 +38,7 @@ module deck_m
 
    !> Names of all groups, and of those that may be given more than once
    character(len=*), parameter :: repeated_names(*) = &
-                                  [character(len=8) :: 'material', 'joint', 'boundary', 'initial', 'stage']
+                                  [character(len=8) :: 'material', 'joint', 'fracture', 'boundary', 'initial', 'stage']
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=8) :: 'run', repeated_names, &
                                                         'contact', 'gravity', 'explicit', 'output']
@@ -105,6 +107,8 @@ contains
          call read_material(slice(i), deck%material(n), errors)
       case ('joint')
          call read_joint(slice(i), deck%joint(n), errors)
+      case ('fracture')
+         call read_fracture(slice(i), deck%fracture(n), errors)
       case ('contact')
          call read_contact(slice(i), deck%contact, errors)
       case ('boundary')
@@ -165,6 +169,7 @@ contains
       type(deck_t), intent(inout) :: deck
 
       allocate (deck%material(number_of(slice, 'material')), deck%joint(number_of(slice, 'joint')), &
+                deck%fracture(number_of(slice, 'fracture')), &
                 deck%boundary(number_of(slice, 'boundary')), deck%initial(number_of(slice, 'initial')), &
                 deck%stage(number_of(slice, 'stage')))
    end subroutine allocate_repeated
@@ -202,6 +207,9 @@ contains
       end do
       do i = 1, size(deck%joint)
          call write_joint(deck%joint(i), unit)
+      end do
+      do i = 1, size(deck%fracture)
+         call write_fracture(deck%fracture(i), unit)
       end do
       call write_contact(deck%contact, unit)
       do i = 1, size(deck%boundary)

@@ -1,0 +1,135 @@
+!> The group &fracture: where and how the rock of one physical surface of the mesh can break.
+module fracture_group_m
+   use kinds_m, only: wp
+   use constants_m, only: unset, is_set, radians
+   use errors_m, only: error_list_t
+   use text_m, only: exact_text
+   use deck_scan_m, only: group_slice_t
+   use deck_variable_m, only: variable_t, a_name, a_count, a_number, an_option, name_length, option_length, &
+                              namelist_text, require_clean_read, check_range, check_least, check_choice, check_given
+   use deck_write_m, only: begin_group, put, end_group
+   implicit none
+   private
+
+   public :: read_fracture, write_fracture
+
+   real(wp), parameter :: right_angle = 90.0_wp
+   !> Group that stands for all rock
+   character(len=*), parameter, public :: all_rock = 'all'
+
+   !> &fracture
+   type, public :: fracture_t
+      !> Line of the deck on which the group starts (0: not in the deck)
+      integer :: line = 0
+      !> Physical surface of the mesh, or 'all'
+      character(len=name_length) :: group = ''
+      !> When edges become cohesive joints: never, where the stress asks for it, or all of them from the start, in this
+      !> surface ('regions') or wherever rock is ('everywhere')
+      character(len=option_length) :: insertion = 'adaptive'
+      !> Tensile strength [Pa]
+      real(wp) :: tensile_strength = unset
+      !> Cohesion [Pa] and internal friction angle [degrees]
+      real(wp) :: cohesion = unset, friction_angle = unset
+      !> Fracture energy in mode I and in mode II [J/m2]
+      real(wp) :: g_i = unset, g_ii = unset
+      !> Stiffness of the cohesive joints times element size over Young's modulus [-]
+      real(wp) :: penalty_factor = 20.0_wp
+      !> Friction angle of the new cracks [degrees]; friction_angle when not given
+      real(wp) :: crack_friction_angle = unset
+      !> Fracture group whose &joint gives the law of new cracks; empty: Coulomb friction with crack_friction_angle
+      character(len=name_length) :: crack_joint = ''
+      !> Steps between two looks at the stress (adaptive)
+      integer :: check_every = 10
+   end type fracture_t
+
+   type(variable_t), parameter :: variables(*) = [ &
+                                  variable_t('group', a_name), &
+                                  variable_t('insertion', an_option), &
+                                  variable_t('tensile_strength', a_number), &
+                                  variable_t('cohesion', a_number), &
+                                  variable_t('friction_angle', a_number), &
+                                  variable_t('g_i', a_number), &
+                                  variable_t('g_ii', a_number), &
+                                  variable_t('penalty_factor', a_number), &
+                                  variable_t('crack_friction_angle', a_number), &
+                                  variable_t('crack_joint', a_name), &
+                                  variable_t('check_every', a_count)]
+   character(len=*), parameter :: insertions(*) = ['none      ', 'regions   ', 'adaptive  ', 'everywhere']
+
+contains
+
+   !> Read and check the group.
+   subroutine read_fracture(slice, fracture, errors)
+      !> The group as written
+      type(group_slice_t), intent(in) :: slice
+      !> Its settings
+      type(fracture_t), intent(out) :: fracture
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      character(len=256) :: message
+      integer :: status
+      namelist /settings/ fracture
+
+      fracture%line = slice%line
+      call namelist_text(slice, variables, text, errors)
+      read (text, nml=settings, iostat=status, iomsg=message)
+      call require_clean_read(slice, status, message, errors)
+      call check_fracture(slice, fracture, errors)
+   end subroutine read_fracture
+
+   !> Ranges and choices.
+   subroutine check_fracture(slice, fracture, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(fracture_t), intent(inout) :: fracture
+      type(error_list_t), intent(inout) :: errors
+
+      call check_given(errors, slice, 'group', fracture%group, "a physical surface of the mesh or 'all'")
+      call check_choice(errors, slice, 'insertion', fracture%insertion, insertions)
+      call check_range(errors, slice, 'tensile_strength', fracture%tensile_strength, above=0.0_wp, required=.true.)
+      call check_range(errors, slice, 'cohesion', fracture%cohesion, above=0.0_wp, required=.true.)
+      call check_range(errors, slice, 'friction_angle', fracture%friction_angle, least=0.0_wp, below=right_angle, &
+                       required=.true.)
+      call check_range(errors, slice, 'g_i', fracture%g_i, above=0.0_wp, required=.true.)
+      call check_range(errors, slice, 'g_ii', fracture%g_ii, above=0.0_wp, required=.true.)
+      call check_range(errors, slice, 'penalty_factor', fracture%penalty_factor, above=0.0_wp)
+      call check_range(errors, slice, 'crack_friction_angle', fracture%crack_friction_angle, least=0.0_wp, below=right_angle)
+      call check_least(errors, slice, 'check_every', fracture%check_every, 1)
+      call check_cut_off(slice, fracture, errors)
+      if (.not. is_set(fracture%crack_friction_angle)) fracture%crack_friction_angle = fracture%friction_angle
+   end subroutine check_fracture
+
+   !> The tension cut-off must lie below the tip of the Mohr-Coulomb cone.
+   subroutine check_cut_off(slice, fracture, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(fracture_t), intent(in) :: fracture
+      type(error_list_t), intent(inout) :: errors
+      real(wp) :: tip
+
+      if (.not. all(is_set([fracture%tensile_strength, fracture%cohesion, fracture%friction_angle]))) return
+      if (fracture%friction_angle <= 0.0_wp .or. fracture%friction_angle >= right_angle) return
+      tip = fracture%cohesion/tan(radians*fracture%friction_angle)
+      if (fracture%tensile_strength > tip) call errors%add(slice%place('tensile_strength')// &
+                                 ': must be at most cohesion/tan(friction_angle) = '//exact_text(tip)//', the tip of the cone')
+   end subroutine check_cut_off
+
+   !> Write the effective group, every variable.
+   subroutine write_fracture(fracture, unit)
+      type(fracture_t), intent(in) :: fracture
+      integer, intent(in) :: unit
+
+      call begin_group(unit, 'fracture')
+      call put(unit, 'group', fracture%group)
+      call put(unit, 'insertion', fracture%insertion)
+      call put(unit, 'tensile_strength', fracture%tensile_strength)
+      call put(unit, 'cohesion', fracture%cohesion)
+      call put(unit, 'friction_angle', fracture%friction_angle)
+      call put(unit, 'g_i', fracture%g_i)
+      call put(unit, 'g_ii', fracture%g_ii)
+      call put(unit, 'penalty_factor', fracture%penalty_factor)
+      call put(unit, 'crack_friction_angle', fracture%crack_friction_angle)
+      call put(unit, 'crack_joint', fracture%crack_joint)
+      call put(unit, 'check_every', fracture%check_every)
+      call end_group(unit)
+   end subroutine write_fracture
+
+end module fracture_group_m
