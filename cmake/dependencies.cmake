@@ -1,4 +1,4 @@
-# Libraries of the system: HDF5 (Fortran), METIS, LAPACK.
+# Libraries of the system: HDF5 (Fortran), METIS, LAPACK, MUMPS (sequential, double precision).
 add_library(femdem_dependencies INTERFACE)
 
 find_package(HDF5 REQUIRED COMPONENTS Fortran)
@@ -11,3 +11,11 @@ target_link_libraries(femdem_dependencies INTERFACE ${METIS_LIBRARY})
 
 find_package(LAPACK REQUIRED)
 target_link_libraries(femdem_dependencies INTERFACE ${LAPACK_LIBRARIES})
+
+# Debian keeps the sequential library apart from the parallel one by its name; its mpif.h stands in for MPI's.
+find_path(MUMPS_INCLUDE dmumps_struc.h REQUIRED)
+find_path(MUMPS_MPI_INCLUDE mpif.h PATH_SUFFIXES mumps_seq REQUIRED)
+foreach(library dmumps_seq mumps_common_seq pord_seq mpiseq_seq)
+  find_library(MUMPS_${library} ${library} REQUIRED)
+  target_link_libraries(femdem_dependencies INTERFACE ${MUMPS_${library}})
+endforeach()

@@ -15,11 +15,12 @@ program femdem
    use mesh_check_m, only: check_mesh
    use ordering_m, only: order_mesh
    use group_check_m, only: check_groups
-   use scene_m, only: scene_t, build_scene, begin_stage, solver_explicit
+   use scene_m, only: scene_t, build_scene, begin_stage, solver_explicit, solver_implicit
    use state_m, only: state_t
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
+   use implicit_m, only: implicit_cycle, implicit_solver_t
    use results_m, only: results_t, place_t, results_directory, load_state
    use story_m, only: say_start, say_stage, say_end, command_text
    implicit none
@@ -28,6 +29,7 @@ program femdem
    type(mesh_t) :: mesh
    type(scene_t) :: scene
    type(state_t) :: state
+   type(implicit_solver_t) :: solver
    type(results_t) :: results
    type(place_t) :: place, done
    type(cycle_report_t) :: report
@@ -96,6 +98,8 @@ program femdem
          select case (scene%solver)
          case (solver_explicit)
             call explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
+         case (solver_implicit)
+            call implicit_cycle(solver, scene, stage, cycle, log, progress, state, report, errors)
          end select
          if (errors%any()) call stop_with(status_failed)
          place = place_t(stage, cycle)
@@ -105,6 +109,7 @@ program femdem
       end do
       call say_stage(scene, stage, state, report, log)
    end do
+   call solver%close()
    call results%close()
    call say_end(directory, state, progress, log)
    call log%close()

@@ -13,6 +13,7 @@ module deck_m
    use gravity_group_m, only: gravity_t, read_gravity, write_gravity
    use stage_group_m, only: stage_t, read_stage, write_stage
    use explicit_group_m, only: explicit_t, read_explicit, write_explicit
+   use implicit_group_m, only: implicit_t, read_implicit, write_implicit
    use output_group_m, only: output_t, read_output, write_output
    implicit none
    private
@@ -33,6 +34,7 @@ module deck_m
       type(gravity_t) :: gravity
       type(stage_t), allocatable :: stage(:)
       type(explicit_t) :: explicit
+      type(implicit_t) :: implicit
       type(output_t) :: output
    end type deck_t
 
@@ -41,7 +43,7 @@ module deck_m
                                   [character(len=8) :: 'material', 'joint', 'fracture', 'boundary', 'initial', 'stage']
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=8) :: 'run', repeated_names, &
-                                                        'contact', 'gravity', 'explicit', 'output']
+                                                        'contact', 'gravity', 'explicit', 'implicit', 'output']
 
 contains
 
@@ -121,6 +123,8 @@ contains
          call read_stage(slice(i), deck%stage(n), errors)
       case ('explicit')
          call read_explicit(slice(i), deck%explicit, errors)
+      case ('implicit')
+         call read_implicit(slice(i), deck%implicit, errors)
       case ('output')
          call read_output(slice(i), deck%output, errors)
       end select
@@ -223,6 +227,7 @@ contains
          call write_stage(deck%stage(i), unit)
       end do
       call write_explicit(deck%explicit, unit)
+      call write_implicit(deck%implicit, unit)
       call write_output(deck%output, unit)
    end subroutine write_deck
 

@@ -17,7 +17,7 @@ module explicit_m
    implicit none
    private
 
-   public :: explicit_cycle, find_forces, start_account
+   public :: explicit_cycle, find_forces, start_account, fraction_done
 
    !> Steps between two looks at equilibrium and at the clock
    integer, parameter :: steps_between_looks = 100

@@ -24,7 +24,7 @@ module scene_m
    private
 
    !> Solvers. A new one is one more number here, one case in chosen_solver and one in the main program.
-   integer, parameter, public :: solver_explicit = 1
+   integer, parameter, public :: solver_explicit = 1, solver_implicit = 2
 
    type, public :: scene_t
       type(deck_t) :: deck
@@ -94,6 +94,8 @@ contains
       type(deck_t), intent(in) :: deck
 
       select case (deck%run%solver)
+      case ('implicit')
+         solver = solver_implicit
       case ('explicit')
          solver = solver_explicit
       case default

@@ -1,0 +1,83 @@
+!> The group &implicit: accuracy, increments and equations of the implicit solver.
+module implicit_group_m
+   use kinds_m, only: wp
+   use errors_m, only: error_list_t
+   use deck_scan_m, only: group_slice_t
+   use deck_variable_m, only: variable_t, a_number, a_count, an_option, option_length, namelist_text, &
+                              require_clean_read, check_range, check_least, check_choice
+   use deck_write_m, only: begin_group, put, end_group
+   implicit none
+   private
+
+   public :: read_implicit, write_implicit
+
+   !> &implicit
+   type, public :: implicit_t
+      !> Line of the deck on which the group starts (0: not in the deck)
+      integer :: line = 0
+      !> Unbalanced force ratio at which an increment is done
+      real(wp) :: tolerance = 1.0e-7_wp
+      !> Iterations after which an increment is halved
+      integer :: max_iterations = 30
+      !> Times that a cycle's increment may be halved
+      integer :: largest_cut = 10
+      !> Halvings of an iteration's correction
+      integer :: line_search = 8
+      !> Matrix: kept while iterations converge with it, or new in every iteration
+      character(len=option_length) :: matrix = 'kept'
+      !> Bodies that nothing holds: refused, or held by weak springs in the matrix alone
+      character(len=option_length) :: loose_bodies = 'refuse'
+   end type implicit_t
+
+   type(variable_t), parameter :: variables(*) = [ &
+                                  variable_t('tolerance', a_number), &
+                                  variable_t('max_iterations', a_count), &
+                                  variable_t('largest_cut', a_count), &
+                                  variable_t('line_search', a_count), &
+                                  variable_t('matrix', an_option), &
+                                  variable_t('loose_bodies', an_option)]
+   character(len=*), parameter :: matrices(*) = ['kept', 'new ']
+   character(len=*), parameter :: treatments(*) = ['refuse', 'hold  ']
+
+contains
+
+   !> Read and check the group.
+   subroutine read_implicit(slice, implicit, errors)
+      !> The group as written
+      type(group_slice_t), intent(in) :: slice
+      !> Its settings
+      type(implicit_t), intent(out) :: implicit
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      character(len=256) :: message
+      integer :: status
+      namelist /settings/ implicit
+
+      implicit%line = slice%line
+      call namelist_text(slice, variables, text, errors)
+      read (text, nml=settings, iostat=status, iomsg=message)
+      call require_clean_read(slice, status, message, errors)
+      call check_range(errors, slice, 'tolerance', implicit%tolerance, above=0.0_wp, below=1.0_wp)
+      call check_least(errors, slice, 'max_iterations', implicit%max_iterations, 2)
+      call check_least(errors, slice, 'largest_cut', implicit%largest_cut, 0)
+      call check_least(errors, slice, 'line_search', implicit%line_search, 0)
+      call check_choice(errors, slice, 'matrix', implicit%matrix, matrices)
+      call check_choice(errors, slice, 'loose_bodies', implicit%loose_bodies, treatments)
+   end subroutine read_implicit
+
+   !> Write the effective group, every variable.
+   subroutine write_implicit(implicit, unit)
+      type(implicit_t), intent(in) :: implicit
+      integer, intent(in) :: unit
+
+      call begin_group(unit, 'implicit')
+      call put(unit, 'tolerance', implicit%tolerance)
+      call put(unit, 'max_iterations', implicit%max_iterations)
+      call put(unit, 'largest_cut', implicit%largest_cut)
+      call put(unit, 'line_search', implicit%line_search)
+      call put(unit, 'matrix', implicit%matrix)
+      call put(unit, 'loose_bodies', implicit%loose_bodies)
+      call end_group(unit)
+   end subroutine write_implicit
+
+end module implicit_group_m

@@ -1,0 +1,162 @@
+!> Sparse systems of linear equations by MUMPS (the sequential library in double precision).
+!>
+!> A matrix is analysed once per pattern, factored whenever its values change, and then solved with as often as needed.
+!> This file is compiled with relaxed flags: MUMPS brings its own structure, a file to be included.
+module mumps_m
+   use kinds_m, only: wp
+   implicit none
+   private
+
+   include 'mpif.h'
+   include 'dmumps_struc.h'
+
+   !> Outcome of a call
+   integer, parameter, public :: linear_ok = 0, linear_singular = 1, linear_failed = 2
+
+   !> A factored matrix
+   type, public :: sparse_lu_t
+      private
+      type(dmumps_struc) :: id
+      logical :: started = .false.
+      !> Pivots that were found to be nothing but rounding in the last factorisation
+      integer, public :: null_pivots = 0
+   contains
+      procedure :: analyse
+      procedure :: factor
+      procedure :: solve
+      procedure :: message
+      procedure :: free => free_factors
+   end type sparse_lu_t
+
+   !> Jobs and control numbers of MUMPS (its user's guide, chapters 5 and 6)
+   integer, parameter :: job_start = -1, job_end = -2, job_analyse = 1, job_factor = 2, job_solve = 3
+   integer, parameter :: error_stream = 1, warning_stream = 2, global_stream = 3, print_level = 4, permutation = 6, &
+                         ordering = 7, scaling = 8, refinement = 10, extra_memory = 14, null_pivot_detection = 24
+   integer, parameter :: ordering_metis = 5, memory_margin_percent = 60
+   !> Threshold of partial pivoting: the systems are close to symmetric positive definite ones
+   integer, parameter :: pivot_threshold = 1
+   real(wp), parameter :: least_pivot_ratio = 1.0e-4_wp
+   !> MUMPS' numbers of errors: singular matrix; not enough room for the factors
+   integer, parameter :: error_singular_structure = -6, error_singular = -10, error_room = -9, error_integer_room = -8
+   integer, parameter :: largest_margin_percent = 1000
+
+   interface
+      subroutine dmumps(id)
+         import :: dmumps_struc
+         type(dmumps_struc) :: id
+      end subroutine dmumps
+   end interface
+
+contains
+
+   !> Order the unknowns of a pattern and plan the factorisation.
+   subroutine analyse(self, n, row, column, status)
+      class(sparse_lu_t), intent(inout) :: self
+      !> Number of unknowns
+      integer, intent(in) :: n
+      !> Places of the entries, from 1 (entries)
+      integer, intent(in) :: row(:), column(:)
+      !> One of the outcomes
+      integer, intent(out) :: status
+
+      call self%free()
+      self%id%comm = MPI_COMM_WORLD
+      self%id%par = 1
+      self%id%sym = 0
+      self%id%job = job_start
+      call dmumps(self%id)
+      self%started = .true.
+      associate (control => self%id%icntl)
+         control([error_stream, warning_stream, global_stream, print_level]) = 0
+         control(permutation) = 0
+         control(ordering) = ordering_metis
+         control(scaling) = 0
+         control(refinement) = 0
+         control(extra_memory) = memory_margin_percent
+         control(null_pivot_detection) = 1
+      end associate
+      self%id%cntl(pivot_threshold) = least_pivot_ratio
+      self%id%n = n
+      self%id%nnz = size(row, kind=8)
+      allocate (self%id%irn(size(row)), self%id%jcn(size(row)), self%id%a(size(row)), self%id%rhs(n))
+      self%id%irn = row
+      self%id%jcn = column
+      self%id%job = job_analyse
+      call dmumps(self%id)
+      status = outcome(self)
+   end subroutine analyse
+
+   !> Factor the matrix of given values.
+   subroutine factor(self, value, status)
+      class(sparse_lu_t), intent(inout) :: self
+      !> Entries in the order of the pattern analysed
+      real(wp), intent(in) :: value(:)
+      integer, intent(out) :: status
+
+      status = linear_failed
+      if (.not. self%started) return
+      self%id%a = value
+      self%id%job = job_factor
+      do
+         call dmumps(self%id)
+         if (self%id%infog(1) /= error_room .and. self%id%infog(1) /= error_integer_room) exit
+         if (self%id%icntl(extra_memory) >= largest_margin_percent) exit
+         self%id%icntl(extra_memory) = 2*self%id%icntl(extra_memory)
+      end do
+      self%null_pivots = self%id%infog(28)
+      status = outcome(self)
+      if (status == linear_ok .and. self%null_pivots > 0) status = linear_singular
+   end subroutine factor
+
+   !> Replace a right-hand side by the solution.
+   subroutine solve(self, x, status)
+      class(sparse_lu_t), intent(inout) :: self
+      !> Right-hand side in, solution out (unknowns)
+      real(wp), intent(inout) :: x(:)
+      integer, intent(out) :: status
+
+      status = linear_failed
+      if (.not. self%started) return
+      self%id%rhs = x
+      self%id%job = job_solve
+      call dmumps(self%id)
+      status = outcome(self)
+      if (status == linear_ok) x = self%id%rhs
+   end subroutine solve
+
+   !> What MUMPS says of its last job, for messages.
+   function message(self)
+      class(sparse_lu_t), intent(in) :: self
+      character(len=:), allocatable :: message
+      character(len=80) :: text
+
+      write (text, '(a,i0,a,i0)') 'MUMPS INFOG(1) = ', self%id%infog(1), ', INFOG(2) = ', self%id%infog(2)
+      message = trim(text)
+   end function message
+
+   !> Give back all memory.
+   subroutine free_factors(self)
+      class(sparse_lu_t), intent(inout) :: self
+
+      if (.not. self%started) return
+      deallocate (self%id%irn, self%id%jcn, self%id%a, self%id%rhs)
+      self%id%job = job_end
+      call dmumps(self%id)
+      self%started = .false.
+   end subroutine free_factors
+
+   !> Outcome of the last job.
+   pure integer function outcome(self)
+      type(sparse_lu_t), intent(in) :: self
+
+      select case (self%id%infog(1))
+      case (0:)
+         outcome = linear_ok
+      case (error_singular, error_singular_structure)
+         outcome = linear_singular
+      case default
+         outcome = linear_failed
+      end select
+   end function outcome
+
+end module mumps_m

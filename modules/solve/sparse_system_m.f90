@@ -1,0 +1,325 @@
+!> The sparse matrix of the implicit solver: which unknowns there are, where the entries stand, and how elements add.
+!>
+!> Every component of a node's displacement that is not prescribed is an unknown. The pattern joins the nodes of each
+!> triangle, and the nodes of each wall with those it faces and their neighbours, so that a wall can slide some way before
+!> the pattern has to be built again.
+module sparse_system_m
+   use kinds_m, only: wp
+   use wall_contact_m, only: wall_contact_t
+   use joints_m, only: joints_t
+   implicit none
+   private
+
+   public :: build_system, add_block, gather, scatter
+
+   !> Edges a wall may slide past in either direction before the pattern is built again
+   integer, parameter :: reach = 2
+
+   type, public :: sparse_system_t
+      !> Number of unknowns; unknown of each displacement component, 0 when prescribed (2, nodes)
+      integer :: unknowns = 0
+      integer, allocatable :: number(:, :)
+      !> Rows, sorted by column: entries of row i are first(i) to first(i + 1) - 1; row and column of each entry
+      integer, allocatable :: first(:), row(:), column(:)
+      real(wp), allocatable :: value(:)
+      !> Entry of each element of the stiffness of a triangle, 0 when prescribed (36, triangles)
+      integer, allocatable :: triangle_entry(:, :)
+   end type sparse_system_t
+
+contains
+
+   !> Number the unknowns and lay out the pattern.
+   subroutine build_system(fixed, triangle, joints, walls, system)
+      !> Prescribed components (2, nodes)
+      logical, intent(in) :: fixed(:, :)
+      !> Corner nodes (3, triangles)
+      integer, intent(in) :: triangle(:, :)
+      type(joints_t), intent(in) :: joints
+      !> Walls where they face each other now
+      type(wall_contact_t), intent(in) :: walls
+      type(sparse_system_t), intent(out) :: system
+      integer, allocatable :: group_first(:), group_node(:), first(:), neighbour(:)
+      integer :: n, i
+
+      allocate (system%number(2, size(fixed, 2)), source=0)
+      do n = 1, size(fixed, 2)
+         do i = 1, 2
+            if (fixed(i, n)) cycle
+            system%unknowns = system%unknowns + 1
+            system%number(i, n) = system%unknowns
+         end do
+      end do
+      call list_groups(triangle, joints, walls, group_first, group_node)
+      call node_neighbours(size(fixed, 2), group_first, group_node, first, neighbour)
+      call expand(first, neighbour, system)
+      allocate (system%value(size(system%column)), source=0.0_wp)
+      call place_triangles(triangle, system)
+   end subroutine build_system
+
+   !> Groups of nodes that are all joined with each other: triangles, and walls with what they may face.
+   pure subroutine list_groups(triangle, joints, walls, group_first, group_node)
+      integer, intent(in) :: triangle(:, :)
+      type(joints_t), intent(in) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      !> Nodes of group g: group_node(group_first(g):group_first(g + 1) - 1)
+      integer, allocatable, intent(out) :: group_first(:), group_node(:)
+      integer, parameter :: most = 4 + 2*(2*reach + 1)
+      integer :: e, w, g, last, passed, edge
+
+      allocate (group_first(size(triangle, 2) + size(walls%joint) + 1), &
+                group_node(3*size(triangle, 2) + most*size(walls%joint)))
+      last = 0
+      do e = 1, size(triangle, 2)
+         group_first(e) = last + 1
+         group_node(last + 1:last + 3) = triangle(:, e)
+         last = last + 3
+      end do
+      do w = 1, size(walls%joint)
+         g = size(triangle, 2) + w
+         group_first(g) = last + 1
+         group_node(last + 1:last + 4) = joints%node(:, walls%joint(w))
+         last = last + 4
+         edge = walls%facing(w)
+         if (edge == 0) cycle
+         ! Back to the first edge within reach, then forward over all of them
+         do passed = 1, reach
+            if (walls%before(edge) == 0) exit
+            edge = walls%before(edge)
+         end do
+         do passed = 1, 2*reach + 1
+            group_node(last + 1:last + 2) = walls%surface(:, edge)
+            last = last + 2
+            edge = walls%after(edge)
+            if (edge == 0) exit
+         end do
+      end do
+      group_first(size(group_first)) = last + 1
+   end subroutine list_groups
+
+   !> Neighbours of each node, itself included, sorted.
+   subroutine node_neighbours(nodes, group_first, group_node, first, neighbour)
+      integer, intent(in) :: nodes, group_first(:), group_node(:)
+      !> Neighbours of node i: neighbour(first(i):first(i + 1) - 1)
+      integer, allocatable, intent(out) :: first(:), neighbour(:)
+      integer, allocatable :: start(:), of_node(:), seen(:), found(:)
+      integer :: n, count, pass
+
+      call groups_of_nodes(nodes, group_first, group_node, start, of_node)
+      allocate (first(nodes + 1), found(nodes), seen(nodes), neighbour(0))
+      ! Once to count, once to keep
+      do pass = 1, 2
+         seen = 0
+         first(1) = 1
+         do n = 1, nodes
+            call meet(n)
+            if (pass == 2) then
+               call sort(found(:count))
+               neighbour(first(n):first(n) + count - 1) = found(:count)
+            end if
+            first(n + 1) = first(n) + count
+         end do
+         if (pass == 1) then
+            deallocate (neighbour)
+            allocate (neighbour(first(nodes + 1) - 1))
+         end if
+      end do
+
+   contains
+
+      !> Distinct nodes of all groups of a node.
+      subroutine meet(n)
+         integer, intent(in) :: n
+         integer :: k, i
+
+         count = 0
+         do k = start(n), start(n + 1) - 1
+            do i = group_first(of_node(k)), group_first(of_node(k) + 1) - 1
+               if (seen(group_node(i)) == n) cycle
+               seen(group_node(i)) = n
+               count = count + 1
+               found(count) = group_node(i)
+            end do
+         end do
+      end subroutine meet
+
+   end subroutine node_neighbours
+
+   !> Groups each node belongs to (compressed rows).
+   pure subroutine groups_of_nodes(nodes, group_first, group_node, start, of_node)
+      integer, intent(in) :: nodes, group_first(:), group_node(:)
+      !> Groups of node n: of_node(start(n):start(n + 1) - 1)
+      integer, allocatable, intent(out) :: start(:), of_node(:)
+      integer, allocatable :: next(:)
+      integer :: g, k, n
+
+      allocate (start(nodes + 1), source=0)
+      do k = 1, group_first(size(group_first)) - 1
+         start(group_node(k) + 1) = start(group_node(k) + 1) + 1
+      end do
+      start(1) = 1
+      do n = 1, nodes
+         start(n + 1) = start(n + 1) + start(n)
+      end do
+      next = start
+      allocate (of_node(start(nodes + 1) - 1))
+      do g = 1, size(group_first) - 1
+         do k = group_first(g), group_first(g + 1) - 1
+            of_node(next(group_node(k))) = g
+            next(group_node(k)) = next(group_node(k)) + 1
+         end do
+      end do
+   end subroutine groups_of_nodes
+
+   !> Sort a short list by insertion.
+   pure subroutine sort(list)
+      integer, intent(inout) :: list(:)
+      integer :: i, k, value
+
+      do i = 2, size(list)
+         value = list(i)
+         k = i - 1
+         do while (k >= 1)
+            if (list(k) <= value) exit
+            list(k + 1) = list(k)
+            k = k - 1
+         end do
+         list(k + 1) = value
+      end do
+   end subroutine sort
+
+   !> From nodes to unknowns. Unknowns are numbered node after node, so that sorted nodes give sorted columns.
+   pure subroutine expand(first, neighbour, system)
+      integer, intent(in) :: first(:), neighbour(:)
+      type(sparse_system_t), intent(inout) :: system
+      integer :: n, i, k, c, pass, entry
+
+      allocate (system%first(system%unknowns + 1))
+      do pass = 1, 2
+         entry = 0
+         do n = 1, size(first) - 1
+            do i = 1, 2
+               if (system%number(i, n) == 0) cycle
+               system%first(system%number(i, n)) = entry + 1
+               do k = first(n), first(n + 1) - 1
+                  do c = 1, 2
+                     if (system%number(c, neighbour(k)) == 0) cycle
+                     entry = entry + 1
+                     if (pass == 1) cycle
+                     system%row(entry) = system%number(i, n)
+                     system%column(entry) = system%number(c, neighbour(k))
+                  end do
+               end do
+            end do
+         end do
+         if (pass == 1) allocate (system%row(entry), system%column(entry))
+      end do
+      system%first(system%unknowns + 1) = entry + 1
+   end subroutine expand
+
+   !> Entries of the triangles' stiffness.
+   pure subroutine place_triangles(triangle, system)
+      integer, intent(in) :: triangle(:, :)
+      type(sparse_system_t), intent(inout) :: system
+      integer :: e, i, j, unknown(6)
+
+      allocate (system%triangle_entry(36, size(triangle, 2)))
+      do e = 1, size(triangle, 2)
+         unknown = reshape(system%number(:, triangle(:, e)), [6])
+         do j = 1, 6
+            do i = 1, 6
+               system%triangle_entry(6*(j - 1) + i, e) = entry_of(system, unknown(i), unknown(j))
+            end do
+         end do
+      end do
+   end subroutine place_triangles
+
+   !> Where an entry stands; 0 when a component is prescribed or the pattern has no such entry.
+   pure integer function entry_of(system, row, column) result(entry)
+      type(sparse_system_t), intent(in) :: system
+      integer, intent(in) :: row, column
+      integer :: low, high
+
+      entry = 0
+      if (row == 0 .or. column == 0) return
+      low = system%first(row)
+      high = system%first(row + 1) - 1
+      do while (low < high)
+         entry = (low + high)/2
+         if (system%column(entry) < column) then
+            low = entry + 1
+         else
+            high = entry
+         end if
+      end do
+      entry = low
+      if (low > high) then
+         entry = 0
+      else if (system%column(low) /= column) then
+         entry = 0
+      end if
+   end function entry_of
+
+   !> Add the stiffness of a group of nodes; outside says that the pattern has no room for it.
+   pure subroutine add_block(system, node, stiffness, outside)
+      type(sparse_system_t), intent(inout) :: system
+      !> Nodes, and the stiffness of their components x, y of node after node
+      integer, intent(in) :: node(:)
+      real(wp), intent(in) :: stiffness(:, :)
+      !> Set when an entry is not in the pattern; left as it is otherwise
+      logical, intent(inout) :: outside
+      integer :: a, b, i, j, row, column, entry
+
+      do b = 1, size(node)
+         do j = 1, 2
+            column = system%number(j, node(b))
+            if (column == 0) cycle
+            do a = 1, size(node)
+               do i = 1, 2
+                  row = system%number(i, node(a))
+                  if (row == 0) cycle
+                  entry = entry_of(system, row, column)
+                  if (entry == 0) then
+                     outside = .true.
+                  else
+                     system%value(entry) = system%value(entry) + stiffness(2*(a - 1) + i, 2*(b - 1) + j)
+                  end if
+               end do
+            end do
+         end do
+      end do
+   end subroutine add_block
+
+   !> Unknowns of a nodal field.
+   pure subroutine gather(system, field, vector)
+      type(sparse_system_t), intent(in) :: system
+      !> (2, nodes)
+      real(wp), contiguous, intent(in) :: field(:, :)
+      !> (unknowns)
+      real(wp), intent(out) :: vector(:)
+      integer :: n, i
+
+      do n = 1, size(field, 2)
+         do i = 1, 2
+            if (system%number(i, n) > 0) vector(system%number(i, n)) = field(i, n)
+         end do
+      end do
+   end subroutine gather
+
+   !> Add a vector of unknowns, times a factor, to a nodal field.
+   pure subroutine scatter(system, factor, vector, field)
+      type(sparse_system_t), intent(in) :: system
+      real(wp), intent(in) :: factor
+      !> (unknowns)
+      real(wp), intent(in) :: vector(:)
+      !> (2, nodes)
+      real(wp), contiguous, intent(inout) :: field(:, :)
+      integer :: n, i
+
+      do n = 1, size(field, 2)
+         do i = 1, 2
+            if (system%number(i, n) > 0) field(i, n) = field(i, n) + factor*vector(system%number(i, n))
+         end do
+      end do
+   end subroutine scatter
+
+end module sparse_system_m
