@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Mesh of the direct shear box: a rough joint between two blocks, each in a steel half-box.
 
-The upper block (the joint's length, 30 mm high) lies on a longer lower block. The steel encloses both
+The upper block (the joint's length, 10 mm high) lies on a longer lower block. The steel encloses both
 blocks from a small gap above and below the joint, so that the box drives the joint from close by.
 Sizes are in metres. Elements have the given size along the joint and grow away from it.
 
@@ -13,7 +13,7 @@ import sys
 
 import gmsh
 
-BLOCK_HEIGHT = 0.030  # of each block
+BLOCK_HEIGHT = 0.010  # of each block: the steel is near, so the normal stress on the joint stays even
 STEEL = 0.012  # wall thickness of the half-boxes
 GAP = 0.002  # between the steel and the joint
 OVERHANG = 0.012  # of the lower block beyond the joint, on either side

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Run the series of direct shear and closure tests of the paper and redraw its Figs 4a, 4b, 5a, 5b and 6.
 
-    python3 run_series.py velocity size length closure --results DIR
+    python3 run_series.py velocity size both length closure --results DIR
 
 Each run is a copy of a deck of this folder with a few values changed; decks, meshes and results go to DIR, the
 figures and the table of errors (errors.csv) beside them. Runs that are there already are kept (--again repeats them).
 
   velocity  Fig 4a: 6 cm, elements of 1 mm, driven at 160, 80, 40, 20 and 10 mm/s (--paper: 5 to 1 mm/s as well)
   size      Fig 4b: 6 cm, elements of 3, 1.5, 1.25 and 1 mm along the joint
+  both      velocity and element size halved together: 160 mm/s and 3 mm, 80 and 1.5, 40 and 0.75
   length    Figs 5a and 5b: 6, 12, 18 and 36 cm, elements of 1 mm
   closure   Fig 6: 6 cm, 20 stresses up to 1 MPa
 """
@@ -29,6 +30,7 @@ TRAVEL_PER_CYCLE = 1e-5  # metres: 0.01 mm as in the paper
 VELOCITIES_MM_S = [160, 80, 40, 20, 10]
 PAPER_VELOCITIES_MM_S = [5, 4, 3, 2, 1]
 SIZES_MM = [3.0, 1.5, 1.25, 1.0]
+HALVED_TOGETHER = [(160, 3.0), (80, 1.5), (40, 0.75)]  # mm/s, mm
 LENGTHS_CM = [6, 12, 18, 36]
 
 
@@ -98,6 +100,16 @@ def size_series(folder, again, _):
     return [draw("plot_shear.py", "fig4b_size", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
 
 
+def both_series(folder, again, _):
+    """Velocity and element size halved together."""
+    runs = [
+        run(shear_deck(6, v), ["--length", "0.06", "--size", f"{h / 1000:g}"], f"v{v}h{h:g}", folder, again)
+        for v, h in HALVED_TOGETHER
+    ]
+    labels = [f"{v} mm/s, {h:g} mm" for v, h in HALVED_TOGETHER]
+    return [draw("plot_shear.py", "fig4_both", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
+
+
 def length_series(folder, again, _):
     """Figs 5a and 5b."""
     runs = [
@@ -119,7 +131,13 @@ def closure_series(folder, again, _):
     return [draw("plot_closure.py", "fig6_closure", [results], ["6 cm"], folder)]
 
 
-SERIES = {"velocity": velocity_series, "size": size_series, "length": length_series, "closure": closure_series}
+SERIES = {
+    "velocity": velocity_series,
+    "size": size_series,
+    "both": both_series,
+    "length": length_series,
+    "closure": closure_series,
+}
 
 
 def main():
