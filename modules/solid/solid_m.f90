@@ -126,8 +126,8 @@ contains
             r = 1.0_wp/sqrt(c*c + s*s)
             c = c*r
             s = s*r
-            ! U - I = R^T (I + H) - I, with 1 - c written as s^2/(1 + c)
-            bend = s*s/(1.0_wp + c)
+            ! U - I = R^T (I + H) - I, with 1 - c written as s^2/(1 + c) where that is the more exact
+            bend = merge(s*s/(1.0_wp + abs(c)), 1.0_wp - c, c > 0.0_wp)
             e11 = c*h11 + s*h21 - bend
             e22 = c*h22 - s*h12 - bend
             e12 = 0.5_wp*(c*(h12 + h21) + s*(h22 - h11))
@@ -228,7 +228,7 @@ contains
       r = 1.0_wp/sqrt(c*c + s*s)
       c = c*r
       s = s*r
-      bend = s*s/(1.0_wp + c)
+      bend = merge(s*s/(1.0_wp + abs(c)), 1.0_wp - c, c > 0.0_wp)
       strain(1) = c*h(1, 1) + s*h(2, 1) - bend
       strain(2) = c*h(2, 2) - s*h(1, 2) - bend
       strain(3) = 0.5_wp*(c*(h(1, 2) + h(2, 1)) + s*(h(2, 2) - h(1, 1)))
@@ -305,42 +305,54 @@ contains
       end do
    end subroutine solid_damping_bound
 
-   !> Largest eigenvalue of B^T D B, found as that of the 3 x 3 matrix D B B^T by power iteration.
+   !> Largest eigenvalue of B^T D B, which is that of the symmetric 3 x 3 matrix D^1/2 B B^T D^1/2.
    pure real(wp) function largest_eigenvalue(solid, e, lambda_area, mu_area) result(eigenvalue)
       type(solid_t), intent(in) :: solid
       integer, intent(in) :: e
       !> Lame constants times area
       real(wp), intent(in) :: lambda_area, mu_area
-      integer, parameter :: iterations = 40
-      !> The iteration approaches from below: stay on the safe side
-      real(wp), parameter :: margin = 1.001_wp
-      real(wp) :: b3, c3, sbb, scc, sbc, d(3, 3), bbt(3, 3), matrix(3, 3), vector(3)
-      integer :: i
+      real(wp) :: b3, c3, sbb, scc, sbc, sum_root, difference_root, root(3, 3), bbt(3, 3)
 
       b3 = -solid%b1(e) - solid%b2(e)
       c3 = -solid%c1(e) - solid%c2(e)
       sbb = solid%b1(e)**2 + solid%b2(e)**2 + b3**2
       scc = solid%c1(e)**2 + solid%c2(e)**2 + c3**2
       sbc = solid%b1(e)*solid%c1(e) + solid%b2(e)*solid%c2(e) + b3*c3
-      d = 0.0_wp
-      d(1:2, 1:2) = lambda_area
-      d(1, 1) = lambda_area + 2.0_wp*mu_area
-      d(2, 2) = d(1, 1)
-      d(3, 3) = mu_area
       bbt(:, 1) = [sbb, 0.0_wp, sbc]
       bbt(:, 2) = [0.0_wp, scc, sbc]
       bbt(:, 3) = [sbc, sbc, sbb + scc]
-      matrix = matmul(d, bbt)
-      ! Not an eigenvector of any symmetric triangle
-      vector = [1.0_wp, 0.7_wp, 0.3_wp]
-      eigenvalue = 0.0_wp
-      do i = 1, iterations
-         vector = matmul(matrix, vector)
-         eigenvalue = sqrt(sum(vector**2))
-         if (eigenvalue <= 0.0_wp) return
-         vector = vector/eigenvalue
-      end do
-      eigenvalue = margin*eigenvalue
+      ! D = [lambda + 2 mu, lambda; lambda, lambda + 2 mu] has the eigenvalues 2 (lambda + mu) and 2 mu
+      sum_root = sqrt(2.0_wp*(lambda_area + mu_area))
+      difference_root = sqrt(2.0_wp*mu_area)
+      root = 0.0_wp
+      root(1, 1) = 0.5_wp*(sum_root + difference_root)
+      root(2, 2) = root(1, 1)
+      root(1, 2) = 0.5_wp*(sum_root - difference_root)
+      root(2, 1) = root(1, 2)
+      root(3, 3) = sqrt(mu_area)
+      eigenvalue = largest_of_symmetric(matmul(root, matmul(bbt, root)))
    end function largest_eigenvalue
+
+   !> Largest eigenvalue of a symmetric 3 x 3 matrix in closed form (Cardano, with the trigonometric root).
+   pure real(wp) function largest_of_symmetric(matrix) result(eigenvalue)
+      real(wp), intent(in) :: matrix(3, 3)
+      !> Stay on the safe side of rounding
+      real(wp), parameter :: margin = 1.0_wp + 1.0e-9_wp
+      real(wp) :: mean, spread, a(3, 3), half_det
+      integer :: i
+
+      mean = (matrix(1, 1) + matrix(2, 2) + matrix(3, 3))/3.0_wp
+      a = matrix
+      do i = 1, 3
+         a(i, i) = a(i, i) - mean
+      end do
+      spread = sqrt(sum(a**2)/6.0_wp)
+      eigenvalue = margin*mean
+      if (spread <= 0.0_wp) return
+      a = a/spread
+      half_det = 0.5_wp*(a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) - a(1, 2)*(a(2, 1)*a(3, 3) - a(2, 3)*a(3, 1)) &
+                         + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1)))
+      eigenvalue = margin*(mean + 2.0_wp*spread*cos(acos(max(-1.0_wp, min(1.0_wp, half_det)))/3.0_wp))
+   end function largest_of_symmetric
 
 end module solid_m

@@ -113,7 +113,8 @@ contains
             return
          end if
          ! After the last step there is nothing left to divide
-         if (steps_left > 0_i8 .and. (searched .or. have_stiffened(scene%joints, state%joint))) call fit_step()
+         if (steps_left > 0_i8 .and. &
+             (searched .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint))) call fit_step()
          since_look = since_look + 1
          if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
          since_look = 0
