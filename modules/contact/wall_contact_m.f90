@@ -44,6 +44,8 @@ module wall_contact_m
       integer, allocatable :: wall(:), point_node(:, :)
       !> Shape functions at the four nodes (4, points), weight [m], gap along the normal [m], negative when overlapping
       real(wp), allocatable :: shape(:, :), weight(:), gap(:)
+      !> Part of the wall edge each point stands for, from and to (2, points)
+      real(wp), allocatable :: part(:, :)
    end type wall_contact_t
 
    public :: init_wall_contact, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
@@ -286,8 +288,8 @@ contains
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       integer :: w, e, steps
-      real(wp) :: a(2), b(2), t(2), length, from, to
-      logical :: faces, beyond_start, beyond_end
+      real(wp) :: a(2), b(2), t(2), length, from, to, part(2)
+      logical :: faces
 
       walls%points = 0
       do w = 1, size(walls%joint)
@@ -314,11 +316,10 @@ contains
          end do
          if (walls%facing(w) /= e) walls%moved_on = .true.
          walls%facing(w) = e
-         if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to)
-         beyond_start = from > 0.0_wp
-         beyond_end = to < 1.0_wp
-         call walk_on(walls, w, x, u, a, b, t, length, walls%after, beyond_start)
-         call walk_on(walls, w, x, u, a, b, t, length, walls%before, beyond_end)
+         part = part_of_edge(walls, e, x, u, a, t, length, from, to)
+         if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to, part)
+         call walk_on(walls, w, x, u, a, b, t, length, walls%after, part(1) > 0.0_wp)
+         call walk_on(walls, w, x, u, a, b, t, length, walls%before, part(2) < 1.0_wp)
       end do
    end subroutine find_overlaps
 
@@ -334,7 +335,7 @@ contains
       !> Is there wall left beyond the edge faced in this direction?
       logical, intent(in) :: more
       integer :: e, steps
-      real(wp) :: from, to
+      real(wp) :: from, to, part(2)
       logical :: faces
 
       if (.not. more) return
@@ -343,8 +344,10 @@ contains
          e = neighbour(e)
          if (e == 0) return
          call project(walls, e, x, u, a, t, length, from, to, faces)
-         if (.not. faces .or. to <= 0.0_wp .or. from >= 1.0_wp) return
-         call add_points(walls, w, e, x, u, a, b, t, length, from, to)
+         if (.not. faces) return
+         part = part_of_edge(walls, e, x, u, a, t, length, from, to)
+         if (part(2) <= 0.0_wp .or. part(1) >= 1.0_wp) return
+         call add_points(walls, w, e, x, u, a, b, t, length, from, to, part)
       end do
    end subroutine walk_on
 
@@ -366,17 +369,51 @@ contains
       faces = (to - from)*length > facing_cosine*sqrt(sum((q - p)**2))
    end subroutine project
 
+   !> Part of the wall edge that belongs to a surface edge: what it covers, but where the surface goes on in another block
+   !> that covers some of it too, each block has half of that. So no piece of wall is held twice, and what each edge
+   !> holds changes without a jump when blocks pass each other at a crossing.
+   pure function part_of_edge(walls, e, x, u, a, t, length, from, to) result(part)
+      type(wall_contact_t), intent(in) :: walls
+      integer, intent(in) :: e
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      real(wp), intent(in) :: a(2), t(2), length
+      !> What the surface edge covers
+      real(wp), intent(in) :: from, to
+      !> From and to
+      real(wp) :: part(2)
+      real(wp) :: other_from, other_to
+      logical :: faces
+
+      part = [from, to]
+      associate (next => walls%after(e), previous => walls%before(e))
+         if (next > 0) then
+            if (walls%surface(1, next) /= walls%surface(2, e)) then
+               call project(walls, next, x, u, a, t, length, other_from, other_to, faces)
+               if (faces .and. other_to > from) part(1) = 0.5_wp*(from + other_to)
+            end if
+         end if
+         if (previous > 0) then
+            if (walls%surface(2, previous) /= walls%surface(1, e)) then
+               call project(walls, previous, x, u, a, t, length, other_from, other_to, faces)
+               if (faces .and. other_from < to) part(2) = 0.5_wp*(to + other_from)
+            end if
+         end if
+      end associate
+   end function part_of_edge
+
    !> Two Gauss points on the overlap of a wall edge with a surface edge.
-   subroutine add_points(walls, w, e, x, u, a, b, t, length, from, to)
+   subroutine add_points(walls, w, e, x, u, a, b, t, length, from, to, part)
       type(wall_contact_t), intent(inout) :: walls
       integer, intent(in) :: w, e
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       real(wp), intent(in) :: a(2), b(2), t(2), length, from, to
+      !> Part of the wall edge that belongs to the surface edge
+      real(wp), intent(in) :: part(2)
       real(wp) :: p(2), q(2), low, high, xi, eta, gap
       integer :: g, k, nodes(4)
 
-      low = max(0.0_wp, from)
-      high = min(1.0_wp, to)
+      low = max(0.0_wp, part(1))
+      high = min(1.0_wp, part(2))
       if (high - low < least_overlap) return
       nodes = [walls%node(:, w), walls%surface(:, e)]
       p = x(:, nodes(3)) + u(:, nodes(3))
@@ -395,6 +432,7 @@ contains
          walls%shape(:, k) = [1.0_wp - xi, xi, 1.0_wp - eta, eta]
          walls%weight(k) = 0.5_wp*(high - low)*length
          walls%gap(k) = gap
+         walls%part(:, k) = part
       end do
    end subroutine add_points
 
@@ -403,9 +441,9 @@ contains
       type(wall_contact_t), intent(inout) :: walls
       integer, intent(in) :: n
       integer, allocatable :: wall(:), point_node(:, :)
-      real(wp), allocatable :: shape(:, :), weight(:), gap(:)
+      real(wp), allocatable :: shape(:, :), weight(:), gap(:), part(:, :)
 
-      allocate (wall(n), point_node(4, n), shape(4, n), weight(n), gap(n))
+      allocate (wall(n), point_node(4, n), shape(4, n), weight(n), gap(n), part(2, n))
       associate (k => walls%points)
          if (k > 0) then
             wall(:k) = walls%wall(:k)
@@ -413,6 +451,7 @@ contains
             shape(:, :k) = walls%shape(:, :k)
             weight(:k) = walls%weight(:k)
             gap(:k) = walls%gap(:k)
+            part(:, :k) = walls%part(:, :k)
          end if
       end associate
       call move_alloc(wall, walls%wall)
@@ -420,6 +459,7 @@ contains
       call move_alloc(shape, walls%shape)
       call move_alloc(weight, walls%weight)
       call move_alloc(gap, walls%gap)
+      call move_alloc(part, walls%part)
    end subroutine grow
 
    !> Add the forces of given tractions at the integration points to the nodes of both walls (eqs 2, 4 in wall form).

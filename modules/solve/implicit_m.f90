@@ -55,6 +55,8 @@ module implicit_m
    !> One increment: where it starts and what it goes to
    type :: increment_t
       type(state_t) :: start
+      !> Surface edges that the walls faced then (walls)
+      integer, allocatable :: facing(:)
       !> Loads at its end, 0 to 1 over the stage
       real(wp) :: level = 0.0_wp
       !> Longest correction of one iteration [m]
@@ -69,6 +71,8 @@ module implicit_m
    real(wp), parameter :: longest_correction = 0.5_wp
    !> An increment that took no more iterations than this is followed by a longer one
    integer, parameter :: easy = 12
+   !> A first guess with a greater unbalanced force ratio than this is compared with standing still
+   real(wp), parameter :: near = 0.1_wp
    !> Rounding of the forces: this many times the machine's precision
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
    !> Dilation that pushes the walls is found together with the pressure [mm]
@@ -98,8 +102,9 @@ contains
       do while (done < 1.0_wp)
          part = min(self%part, 1.0_wp - done)
          increment%start = state
+         increment%facing = scene%walls%facing
          increment%level = (real(cycle - 1, wp) + min(1.0_wp, done + part))/real(scene%deck%stage(stage)%cycles, wp)
-         call move_on(self, scene, stage, part, state, increment%longest)
+         call first_guess(self, scene, stage, part, increment, state)
          call equilibrate(self, scene, increment, state, iterations, converged)
          self%iterations = self%iterations + int(iterations, i8)
          if (converged) then
@@ -115,7 +120,7 @@ contains
             if (iterations <= easy) self%part = min(1.0_wp, 2.0_wp*self%part)
             call progress%tick(log, fraction_done(scene, stage, cycle, .true., done))
          else
-            call give_up_increment(self, scene, increment%start, state)
+            call give_up_increment(self, scene, increment, state)
             if (self%part < 0.5_wp**scene%deck%implicit%largest_cut) then
                call report_failure(scene, stage, cycle, increment, state, errors)
                return
@@ -141,6 +146,7 @@ contains
       state%v = 0.0_wp
       ! The forces of the start are needed for the energy account
       increment%start = state
+      increment%facing = scene%walls%facing
       increment%level = real(cycle - 1, wp)/real(scene%deck%stage(stage)%cycles, wp)
       call evaluate(scene, increment, state)
       call lay_out(self, scene, state)
@@ -161,32 +167,45 @@ contains
       call self%past%forget(self%system%unknowns)
    end subroutine lay_out
 
-   !> First guess of an increment: prescribed displacements in full, the others as in the last increment.
-   subroutine move_on(self, scene, stage, part, state, longest)
+   !> First guess of an increment: prescribed displacements in full, the others as in the last increment or, where that
+   !> is far off and worse, as they are.
+   subroutine first_guess(self, scene, stage, part, increment, state)
       type(implicit_solver_t), intent(in) :: self
-      type(scene_t), intent(in) :: scene
+      type(scene_t), intent(inout) :: scene
       integer, intent(in) :: stage
       !> Part of the cycle
       real(wp), intent(in) :: part
+      type(increment_t), intent(inout) :: increment
       type(state_t), intent(inout) :: state
-      !> Longest correction of an iteration [m]
-      real(wp), intent(out) :: longest
-      real(wp) :: duration, share
+      real(wp) :: duration, unbalanced
 
       duration = part*scene%deck%stage(stage)%move_time
-      share = 0.0_wp
-      if (self%move_part > 0.0_wp) share = part/self%move_part
-      where (scene%loads%fixed)
-         state%u = state%u + duration*scene%loads%velocity
-      elsewhere
-         state%u = state%u + share*self%move
-      end where
-      longest = huge(longest)
-      if (size(scene%joints%length) > 0) longest = longest_correction*minval(scene%joints%length) &
-                                                   + duration*maxval(abs(scene%loads%velocity))
-   end subroutine move_on
+      increment%longest = huge(1.0_wp)
+      if (size(scene%joints%length) > 0) increment%longest = longest_correction*minval(scene%joints%length) &
+                                                             + duration*maxval(abs(scene%loads%velocity))
+      where (scene%loads%fixed) state%u = state%u + duration*scene%loads%velocity
+      if (self%move_part > 0.0_wp) then
+         where (.not. scene%loads%fixed) state%u = state%u + part/self%move_part*self%move
+      end if
+      call evaluate(scene, increment, state)
+      unbalanced = free_norm(scene, state)
+      if (self%move_part <= 0.0_wp .or. unbalanced_ratio(scene%loads, state) <= near) return
+      where (.not. scene%loads%fixed) state%u = increment%start%u
+      call evaluate(scene, increment, state)
+      if (free_norm(scene, state) <= unbalanced) return
+      where (.not. scene%loads%fixed) state%u = state%u + part/self%move_part*self%move
+      call evaluate(scene, increment, state)
+   end subroutine first_guess
 
-   !> Newton's method from the first guess in state%u.
+   !> Norm of the unbalanced forces [N per m of thickness].
+   pure real(wp) function free_norm(scene, state)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+
+      free_norm = norm2(pack(net_force(state), .not. scene%loads%fixed))
+   end function free_norm
+
+   !> Newton's method from the first guess in state%u, whose forces are known.
    subroutine equilibrate(self, scene, increment, state, iterations, converged)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
@@ -200,7 +219,6 @@ contains
       converged = .false.
       slow = scene%deck%implicit%matrix == 'new'
       call self%past%forget(self%system%unknowns)
-      call evaluate(scene, increment, state)
       call gather(self%system, net_force(state), residual)
       unbalanced = norm2(residual)
       do iterations = 0, scene%deck%implicit%max_iterations
@@ -378,6 +396,8 @@ contains
       state%solid = 0.0_wp
       call solid_forces(scene%solid, state%u, state%solid)
       if (.not. scene%has_walls) return
+      ! Walls walk to what they face now from where they were, not from where the last iteration took them
+      scene%walls%facing = increment%facing
       call find_overlaps(scene%walls, scene%split%x, state%u)
       if (any(scene%joints%coupled)) then
          ! The pressure depends on the dilation, and that a little on the pressure
@@ -455,14 +475,14 @@ contains
    end subroutine account
 
    !> Back to the start of the increment; try half of it next.
-   subroutine give_up_increment(self, scene, start, state)
+   subroutine give_up_increment(self, scene, increment, state)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
-      type(state_t), intent(in) :: start
+      type(increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
 
-      state = start
-      call find_overlaps(scene%walls, scene%split%x, state%u)
+      state = increment%start
+      scene%walls%facing = increment%facing
       self%factored = .false.
       self%part = 0.5_wp*self%part
    end subroutine give_up_increment

@@ -3,8 +3,8 @@
 !> At an integration point the lower wall pushes the upper one with the pressure p along n and drags it with the shear
 !> stress s = (tau/sn) p against t. The pressure follows the gap there (eq 5a, and the dilation when it pushes the walls),
 !> while tau follows the slip of the joint's own four nodes (eqs 27-30) and its mean normal stress sn (eqs 13, 24-26): the
-!> tangent joins the joint's nodes with those under its points and is not symmetric. Positions and directions of the
-!> points are held: what their change adds is smaller by stress over stiffness of the rock.
+!> tangent joins the joint's nodes with those under its points and is not symmetric. Place, weight and direction of the
+!> points move with the walls; at corners of blocks, where short overlaps carry much, Newton's method needs that part too.
 module wall_tangent_m
    use kinds_m, only: wp
    use constants_m, only: megapascal, millimetre, megapascal_per_millimetre
@@ -26,6 +26,16 @@ module wall_tangent_m
       !> (2 room, 2 room) [N/m per m of thickness], components x, y of node after node
       real(wp), allocatable :: stiffness(:, :)
    end type wall_element_t
+
+   !> Displacement components of an integration point's four nodes
+   integer, parameter :: components = 8
+
+   !> Derivatives of an integration point's geometry by the positions of its four nodes: gap [-], weight [-], length of
+   !> the wall [-], its direction [1/m], shape functions of the four nodes (component, function) [1/m]
+   type :: geometry_t
+      real(wp) :: gap(components), weight(components), length(components), turn(components)
+      real(wp) :: shape(components, 4)
+   end type geometry_t
 
    !> An open joint keeps this share of its first stiffness in the tangent (not in the forces), a closed one without
    !> stress the other for shear: blocks that nothing holds yet must not make the system singular
@@ -65,50 +75,131 @@ contains
       type(joint_point_t), intent(in) :: point
       type(wall_element_t), intent(inout) :: element
       type(joint_tangent_t) :: tangent
-      real(wp), allocatable :: slip(:), gap(:), drag(:), pressure(:, :), stress(:), shear(:)
-      real(wp) :: n(2), t(2), friction, stiffness
-      integer :: place(own_nodes), own(own_nodes), k, i, j
+      type(geometry_t) :: geometry(first:last)
+      real(wp), allocatable :: slip(:), pressure(:, :), stress(:)
+      integer :: place(own_nodes, first:last), own(own_nodes), k, j, m
 
       j = walls%joint(w)
       call collect_nodes(joints%node(:, j), walls%point_node(:, first:last), element, own)
-      associate (m => 2*element%nodes)
-         element%stiffness(:m, :m) = 0.0_wp
-         if (last < first) return
-         allocate (slip(m), gap(m), drag(m), pressure(m, last - first + 1), stress(m), shear(m))
-         t = walls%tangent(:, w)
-         n = [-t(2), t(1)]
-         tangent = joint_tangent(joints%law(j), point)
-         slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
-         stress = 0.0_wp
-         do k = first, last
-            place = places(walls%point_node(:, k), element)
-            gap = spread_to(place, walls%shape(:, k), n, m)
-            associate (dp => pressure(:, k - first + 1))
-               dp = -gap
-               if (joints%coupled(j)) dp = dp + tangent%dilation_u*slip
-               dp = normal_stiffness_at(joints, walls, j, k, point)*dp
-               stress = stress + walls%weight(k)/walls%length(w)*dp
-            end associate
-         end do
-         friction = 0.0_wp
-         if (point%sn > 0.0_wp) friction = point%tau/point%sn
-         do k = first, last
-            place = places(walls%point_node(:, k), element)
-            drag = spread_to(place, walls%shape(:, k), t, m)
-            stiffness = shear_floor(joints, j, tangent, point)
-            shear = stiffness*drag
-            if (point%sn > 0.0_wp .and. joints%pressure(k) > 0.0_wp) then
-               shear = shear + friction*pressure(:, k - first + 1) + joints%pressure(k)/(point%sn*megapascal)* &
-                       (tangent%tau_u*megapascal_per_millimetre*slip + (tangent%tau_sn - friction)*stress)
-            end if
-            gap = spread_to(place, walls%shape(:, k), n, m)
-            do i = 1, m
-               element%stiffness(:m, i) = element%stiffness(:m, i) + &
-                                          walls%weight(k)*(drag*shear(i) - gap*pressure(i, k - first + 1))
-            end do
-         end do
-      end associate
+      m = 2*element%nodes
+      element%stiffness(:m, :m) = 0.0_wp
+      if (last < first) return
+      allocate (slip(m), pressure(m, first:last), stress(m))
+      tangent = joint_tangent(joints%law(j), point)
+      slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
+      stress = 0.0_wp
+      do k = first, last
+         place(:, k) = places(walls%point_node(:, k), element)
+         geometry(k) = point_geometry(walls, k, x(:, walls%point_node(:, k)) + u(:, walls%point_node(:, k)))
+         pressure(:, k) = -onto_element(geometry(k)%gap, place(:, k), m)
+         if (joints%coupled(j)) pressure(:, k) = pressure(:, k) + tangent%dilation_u*slip
+         pressure(:, k) = normal_stiffness_at(joints, walls, j, k, point)*pressure(:, k)
+         stress = stress + (walls%weight(k)*pressure(:, k) + joints%pressure(k)*onto_element( &
+                            geometry(k)%weight - walls%weight(k)/walls%length(w)*geometry(k)%length, place(:, k), m)) &
+                  /walls%length(w)
+      end do
+      do k = first, last
+         call add_point(joints, walls, j, k, point, tangent, geometry(k), place(:, k), slip, pressure(:, k), stress, &
+                        element%stiffness(:m, :m))
+      end do
    end subroutine wall_tangent
+
+   !> Add an integration point's part, minus the derivative of the nodal forces of its tractions.
+   pure subroutine add_point(joints, walls, j, k, point, tangent, geometry, place, slip, pressure, stress, stiffness)
+      type(joints_t), intent(in) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      !> Joint and integration point
+      integer, intent(in) :: j, k
+      type(joint_point_t), intent(in) :: point
+      type(joint_tangent_t), intent(in) :: tangent
+      type(geometry_t), intent(in) :: geometry
+      !> Places of the point's nodes in the element
+      integer, intent(in) :: place(own_nodes)
+      !> Derivatives of slip [-], pressure and mean normal stress [Pa/m] by the element's displacements
+      real(wp), intent(in) :: slip(:), pressure(:), stress(:)
+      real(wp), intent(inout) :: stiffness(:, :)
+      real(wp) :: shear(size(slip)), along_n(size(slip)), along_t(size(slip)), shape(size(slip), own_nodes)
+      real(wp) :: n(2), t(2), p, s, friction
+      integer :: i, c, row
+
+      t = walls%tangent(:, walls%wall(k))
+      n = [-t(2), t(1)]
+      p = joints%pressure(k)
+      s = 0.0_wp
+      shear = shear_floor(joints, j, tangent, point)*spread_to(place, walls%shape(:, k), t, size(slip))
+      if (point%sn > 0.0_wp .and. p > 0.0_wp) then
+         friction = point%tau/point%sn
+         s = friction*p
+         shear = shear + friction*pressure + p/(point%sn*megapascal)* &
+                 (tangent%tau_u*megapascal_per_millimetre*slip + (tangent%tau_sn - friction)*stress)
+      end if
+      ! Tractions times weight, turned with the wall: p n - s t, with dn = -t dtheta and dt = n dtheta
+      along_n = walls%weight(k)*(pressure - s*onto_element(geometry%turn, place, size(slip))) &
+                + p*onto_element(geometry%weight, place, size(slip))
+      along_t = walls%weight(k)*(-shear - p*onto_element(geometry%turn, place, size(slip))) &
+                - s*onto_element(geometry%weight, place, size(slip))
+      do i = 1, own_nodes
+         shape(:, i) = onto_element(geometry%shape(:, i), place, size(slip))
+         do c = 1, 2
+            row = 2*(place(i) - 1) + c
+            stiffness(row, :) = stiffness(row, :) - side(i)*(walls%shape(i, k)*(along_n*n(c) + along_t*t(c)) &
+                                                             + shape(:, i)*walls%weight(k)*(p*n(c) - s*t(c)))
+         end do
+      end do
+   end subroutine add_point
+
+   !> How place, weight, gap and direction of an integration point change with the positions of its four nodes.
+   pure function point_geometry(walls, k, position) result(geometry)
+      type(wall_contact_t), intent(in) :: walls
+      !> Integration point
+      integer, intent(in) :: k
+      !> Positions of A', B' of the wall and p, q of the edge it faces (2, 4) [m]
+      real(wp), intent(in) :: position(2, own_nodes)
+      type(geometry_t) :: geometry
+      real(wp) :: n(2), t(2), length, start, finish, from(components), to(components), low(components), high(components), &
+                  xi(components), eta(components), across(components), low_end, high_end, share
+      integer :: i
+
+      t = walls%tangent(:, walls%wall(k))
+      n = [-t(2), t(1)]
+      length = walls%length(walls%wall(k))
+      geometry%length = [-t, t, 0.0_wp*t, 0.0_wp*t]
+      geometry%turn = [-n, n, 0.0_wp*n, 0.0_wp*n]/length
+      associate (a => position(:, 1), p => position(:, 3), q => position(:, 4))
+         finish = dot_product(p - a, t)/length
+         start = dot_product(q - a, t)/length
+         to = ([-t, 0.0_wp*t, t, 0.0_wp*t] + dot_product(p - a, n)*geometry%turn - finish*geometry%length)/length
+         from = ([-t, 0.0_wp*t, 0.0_wp*t, t] + dot_product(q - a, n)*geometry%turn - start*geometry%length)/length
+         low_end = max(0.0_wp, walls%part(1, k))
+         high_end = min(1.0_wp, walls%part(2, k))
+         low = end_share(low_end, 0.0_wp, start)*from
+         high = end_share(high_end, 1.0_wp, finish)*to
+         share = (walls%shape(2, k) - low_end)/(high_end - low_end)
+         xi = low + share*(high - low)
+         eta = (to - xi - walls%shape(4, k)*(to - from))/(finish - start)
+         do i = 1, own_nodes
+            across(2*i - 1:2*i) = side(i)*walls%shape(i, k)*n
+         end do
+         geometry%gap = across - dot_product(q - p, n)*eta
+      end associate
+      geometry%weight = 0.5_wp*((high - low)*length + (high_end - low_end)*geometry%length)
+      geometry%shape(:, 1) = -xi
+      geometry%shape(:, 2) = xi
+      geometry%shape(:, 3) = -eta
+      geometry%shape(:, 4) = eta
+   end function point_geometry
+
+   !> How an end of the covered part moves with the end of the surface edge: not at all where the wall itself ends, half
+   !> where the rest belongs to another block, whose own half is left out here.
+   pure real(wp) function end_share(place, wall_end, edge_end) result(share)
+      !> End of the covered part, of the wall, of the surface edge, along the wall from 0 to 1
+      real(wp), intent(in) :: place, wall_end, edge_end
+      real(wp), parameter :: same = 1.0e-12_wp
+
+      share = 0.5_wp
+      if (abs(place - wall_end) <= 0.0_wp) share = 0.0_wp
+      if (abs(place - edge_end) <= same) share = 1.0_wp
+   end function end_share
 
    !> Distinct nodes of a joint and under its integration points, and where its own stand among them.
    pure subroutine collect_nodes(own_node, point_node, element, own)
@@ -157,6 +248,23 @@ contains
          place(i) = findloc(element%node(:element%nodes), node(i), dim=1)
       end do
    end function places
+
+   !> A derivative by a point's displacement components as one by the element's.
+   pure function onto_element(of_point, place, m) result(gradient)
+      real(wp), intent(in) :: of_point(components)
+      integer, intent(in) :: place(own_nodes)
+      !> Components of the element
+      integer, intent(in) :: m
+      real(wp) :: gradient(m)
+      integer :: i
+
+      gradient = 0.0_wp
+      do i = 1, own_nodes
+         associate (at => 2*place(i))
+            gradient(at - 1:at) = gradient(at - 1:at) + of_point(2*i - 1:2*i)
+         end associate
+      end do
+   end function onto_element
 
    !> Derivative of the upper wall's displacement against the lower one's along a direction, by the nodal displacements.
    pure function spread_to(place, shape, direction, m) result(gradient)
