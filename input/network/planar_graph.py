@@ -172,6 +172,7 @@ def split_at_nodes(graph, tolerance, counts):
         return graph, False
     xy, side, degree = graph.xy.copy(), graph.side.copy(), graph.degree
     moved = np.zeros(len(xy), dtype=bool)
+    existing = {(min(i, j), max(i, j)) for i, j in graph.edge.tolist()}
     cuts = {}
     # Boundary first, then the nearest: a node moves once
     for k in np.lexsort((distance, graph.trace[edge] >= 0)):
@@ -189,11 +190,24 @@ def split_at_nodes(graph, tolerance, counts):
             a, b = graph.xy[graph.edge[e]]
             xy[n] = a + part[k] * (b - a)
             counts["tips near a trace moved onto it"] += int(distance[k] > COINCIDENT * graph.size)
+        elif not shortens(graph, existing, e, n):
+            continue
         else:
             counts["traces led through a node near them"] += int(distance[k] > COINCIDENT * graph.size)
         moved[n] = True
         cuts.setdefault(e, []).append((part[k], n))
-    return cut_edges(graph, xy, side, cuts), True
+    return cut_edges(graph, xy, side, cuts), bool(cuts)
+
+
+def shortens(graph, existing, edge, node):
+    """Are the edges that lead an edge through a node new only where they are shorter than it?
+
+    Otherwise three nodes hardly farther apart than the tolerance would exchange the sides of their triangle for ever.
+    """
+    ends = graph.edge[edge].tolist()
+    new = [end for end in ends if (min(end, node), max(end, node)) not in existing]
+    length = np.hypot(*(graph.xy[ends[1]] - graph.xy[ends[0]]))
+    return all(np.hypot(*(graph.xy[end] - graph.xy[node])) < length for end in new)
 
 
 def split_at_crossings(graph, tolerance, counts):  # noqa: ARG001 - one form for all changes
