@@ -1,5 +1,6 @@
 """Meshes of fracture networks: cleaning of traces drawn by hand, bad files, and block edges against a walk of our own."""
 
+import itertools
 import os
 import subprocess
 import sys
@@ -31,7 +32,7 @@ LEAST_ANGLE = 10.0
 
 def drawn(*lines):
     """Traces through points: one list of points a trace."""
-    segment = [[*a, *b] for points in lines for a, b in zip(points[:-1], points[1:], strict=True)]
+    segment = [[*a, *b] for points in lines for a, b in itertools.pairwise(points)]
     trace = [k for k, points in enumerate(lines) for _ in points[1:]]
     return Traces(np.array(segment, dtype=float), np.array(trace), [str(k) for k in range(len(lines))])
 
@@ -125,7 +126,9 @@ def test_wedge_at_the_boundary_is_opened():
 def test_traces_that_lie_on_others_count_once():
     # The same again, reversed; half of it a bit beside; and beyond its end
     whole = [(0.2, 0.5), (0.8, 0.5)]
-    graph, census, changes = cleaned(whole, whole[::-1], [(0.3, 0.5002), (0.6, 0.5003)], [(0.7, 0.5), (0.9, 0.5)])
+    graph, census, changes = cleaned(
+        whole, whole[::-1], [(0.3, 0.5002), (0.6, 0.5003)], [(0.7, 0.5), (0.9, 0.5)]
+    )
     assert nodes(census) == (2, 0, 0, 0, 0)
     assert census.branches == 1
     assert census.traces == 2
@@ -137,7 +140,10 @@ def test_traces_that_lie_on_others_count_once():
 def test_traces_at_the_boundary():
     # Along it: dropped. Short of it: extended. Through it: trimmed. Through a corner's surroundings: led to the corner.
     graph, census, changes = cleaned(
-        [(0.3, 0.0004), (0.7, 0.0)], [(0.5, 0.2), (0.5, 0.9995)], [(0.2, 0.5), (-0.3, 0.6)], [(0.7, 0.7), (1.2, 1.2)]
+        [(0.3, 0.0004), (0.7, 0.0)],
+        [(0.5, 0.2), (0.5, 0.9995)],
+        [(0.2, 0.5), (-0.3, 0.6)],
+        [(0.7, 0.7), (1.2, 1.2)],
     )
     assert changes["pieces along the boundary dropped"] == 1
     assert changes["ends near the boundary moved onto it"] >= 1
@@ -195,7 +201,18 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_bad_files_are_refused_with_their_reason(case, tmp_path):
     (tmp_path / "bad.csv").write_text(BAD[case][0], encoding="utf-8")
-    command = [sys.executable, NETWORK / "make_mesh.py", "bad.csv", "--size", "0.05", "--window", "0", "0", "1", "1"]
+    command = [
+        sys.executable,
+        NETWORK / "make_mesh.py",
+        "bad.csv",
+        "--size",
+        "0.05",
+        "--window",
+        "0",
+        "0",
+        "1",
+        "1",
+    ]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith("error: ")
@@ -273,7 +290,7 @@ def mesh_file(path):
         elif name:
             sections[name].append(text.split(maxsplit=2 if name == "PhysicalNames" else -1))
     names = {(int(d), int(tag)): text.strip('"') for d, tag, text in sections["PhysicalNames"][1:]}
-    points, curves, surfaces, _ = (int(n) for n in sections["Entities"][0])
+    points, curves, _surfaces, _ = (int(n) for n in sections["Entities"][0])
     group = {}
     for row in sections["Entities"][1 + points : 1 + points + curves]:
         if int(row[7]):
@@ -295,7 +312,9 @@ def mesh_file(path):
 
 def walk_of_block_edges(place, triangles, lines):
     """Number of lines, length and group of each block edge: lines of fractures joined where two and no more meet."""
-    fracture = [(a, b, name) for name, some in lines.items() if name not in SIDE_NAMES.values() for a, b in some]
+    fracture = [
+        (a, b, name) for name, some in lines.items() if name not in SIDE_NAMES.values() for a, b in some
+    ]
     times = Counter(frozenset(pair) for a, b, c in triangles for pair in ((a, b), (b, c), (c, a)))
     rim = {n for pair, number in times.items() if number == 1 for n in pair}
     meeting = defaultdict(list)
@@ -324,7 +343,9 @@ def walk_of_block_edges(place, triangles, lines):
 
 def deck_text(mesh, groups):
     """A deck with the rock and fractures of the paper's network and one very short stage."""
-    joints = [f"&joint group='{name}', law='jcm', jrc0=9.7, jcs0_mpa=169, l0=0.2, phi_r=31 /" for name in groups]
+    joints = [
+        f"&joint group='{name}', law='jcm', jrc0=9.7, jcs0_mpa=169, l0=0.2, phi_r=31 /" for name in groups
+    ]
     return "\n".join(
         [
             f"&run title='a network', mesh='{mesh}', solver='explicit' /",

@@ -8,11 +8,22 @@ what lies double. The second removes what is smaller than the least feature, whi
 it simplifies branches, drops stubs, contracts short branches and opens or merges narrow wedges.
 """
 
+import itertools
 from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
-from planar_graph import COINCIDENT, EndlessError, Graph, branches, crossings, graph_of, knit, nodes_near_edges, tidy
+from planar_graph import (
+    COINCIDENT,
+    EndlessError,
+    Graph,
+    branches,
+    crossings,
+    graph_of,
+    knit,
+    nodes_near_edges,
+    tidy,
+)
 from scipy.spatial import cKDTree
 from traces import TraceError, Traces, clip
 
@@ -86,7 +97,9 @@ class Report:
             lines.append(f"changes, {name}:")
             done = [f"  {number:6d}  {what}" for what, number in counter.items() if number]
             lines += done or ["          none"]
-        lines.append(f"the cleaned network passes within {1e3 * self.moved:.3g} mm of every point of the traces")
+        lines.append(
+            f"the cleaned network passes within {1e3 * self.moved:.3g} mm of every point of the traces"
+        )
         lines.append(f"wedges below the least angle that remain: {self.narrow}")
         return "\n".join(lines)
 
@@ -136,7 +149,9 @@ def clean(traces, window=None, snap=None, feature=None, simplify=None, stub=None
     second = report.changes["feature pass"]
     graph = knit(graph, COINCIDENT * size, Counter())
     check_left(graph)
-    second["traces that vanished"] = report.census["snapped"].traces - len(np.unique(graph.trace[graph.is_fracture]))
+    second["traces that vanished"] = report.census["snapped"].traces - len(
+        np.unique(graph.trace[graph.is_fracture])
+    )
     report.census["cleaned"] = Census.of(graph)
     report.narrow = len(wedges(graph, np.radians(min_angle)))
     report.moved = farthest(clipped, graph, feature)
@@ -146,7 +161,9 @@ def clean(traces, window=None, snap=None, feature=None, simplify=None, stub=None
 def check_left(graph):
     """Refuse a network without fractures."""
     if not graph.is_fracture.any():
-        raise TraceError("nothing is left of the traces: all are shorter than the least feature or lie on the boundary")
+        raise TraceError(
+            "nothing is left of the traces: all are shorter than the least feature or lie on the boundary"
+        )
 
 
 def checked_window(window):
@@ -164,9 +181,13 @@ def check_settings(snap, feature, simplify, stub, min_angle, window):
     if not snap >= least:
         raise TraceError(f"the snap tolerance {snap:g} m is too small; it must be at least {least:g} m")
     if not feature <= shorter / 8:
-        raise TraceError(f"the least feature {feature:g} m is too large for the window; {shorter / 8:g} m is the most")
+        raise TraceError(
+            f"the least feature {feature:g} m is too large for the window; {shorter / 8:g} m is the most"
+        )
     if not 0.0 <= simplify <= feature:
-        raise TraceError(f"the tolerance of simplifying {simplify:g} m must be between 0 and the feature {feature:g} m")
+        raise TraceError(
+            f"the tolerance of simplifying {simplify:g} m must be between 0 and the feature {feature:g} m"
+        )
     if not stub >= 0.0:
         raise TraceError(f"the length of stubs {stub:g} m must not be negative")
     if not 0.0 <= min_angle <= 30.0:
@@ -205,7 +226,7 @@ def simplify_branches(graph, tolerance, snap, counts):
         ]
         edge, owner, trace = [], [], []
         for c, ((nodes, edges), places) in enumerate(zip(chains, kept, strict=True)):
-            edge += [(nodes[i], nodes[j]) for i, j in zip(places[:-1], places[1:], strict=True)]
+            edge += [(nodes[i], nodes[j]) for i, j in itertools.pairwise(places)]
             trace += [graph.trace[edges[i]] for i in places[:-1]]
             owner += [c] * (len(places) - 1)
         trial = Graph(
@@ -254,7 +275,7 @@ def douglas_peucker(xy, tolerance, fixed):
         third = int(np.argmax(distances(xy, xy[0], xy[far])))
         keep |= {far, third}
     corners = sorted(keep)
-    parts = list(zip(corners[:-1], corners[1:], strict=True))
+    parts = list(itertools.pairwise(corners))
     while parts:
         i, j = parts.pop()
         if j - i < 2:
@@ -287,7 +308,9 @@ def remove_what_can_be(graph, feature, stub, min_angle, report):
         if part < 1.0:
             report.settings["least feature"] += f", reduced to {1e3 * part * feature:g} mm to come to an end"
         return graph
-    raise TraceError("the traces cannot be cleaned with these settings; try another least feature or snap tolerance")
+    raise TraceError(
+        "the traces cannot be cleaned with these settings; try another least feature or snap tolerance"
+    )
 
 
 def remove_features(graph, feature, stub, min_angle, counts):
@@ -317,7 +340,8 @@ def wedges(graph, min_angle):
     angle = (direction[following] - direction) % (2 * np.pi)
     narrow = (angle < min_angle) & (following != np.arange(len(ends)))
     return [
-        (int(ends[k]), int(number[k]), int(number[following[k]]), float(angle[k])) for k in np.flatnonzero(narrow)
+        (int(ends[k]), int(number[k]), int(number[following[k]]), float(angle[k]))
+        for k in np.flatnonzero(narrow)
     ]
 
 
@@ -338,7 +362,9 @@ def open_wedges(graph, feature, min_angle, counts):
     added_edge, added_trace = [], []
     straight = straightness(graph)
     for v, e, f, angle in sorted(found, key=lambda wedge: wedge[3]):
-        stay, bend = (e, f) if staying_rank(graph, straight, v, e) >= staying_rank(graph, straight, v, f) else (f, e)
+        stay, bend = (
+            (e, f) if staying_rank(graph, straight, v, e) >= staying_rank(graph, straight, v, f) else (f, e)
+        )
         a, b = (int(graph.edge[k].sum() - v) for k in (stay, bend))
         if touched[stay] or touched[bend] or touched_node[[v, a, b]].any():
             continue

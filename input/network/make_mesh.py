@@ -48,7 +48,9 @@ def parse_group(text):
     try:
         start, end = (float(word) for word in what.split(":"))
     except ValueError:
-        raise TraceError(f"--group {text}: '{what}' is neither FROM:TO in degrees nor trace:A,B,...") from None
+        raise TraceError(
+            f"--group {text}: '{what}' is neither FROM:TO in degrees nor trace:A,B,..."
+        ) from None
     return name, (start, end)
 
 
@@ -69,10 +71,11 @@ def groups_of_traces(graph, names, choices):
     for trace, strike in strikes(graph).items():
         group[trace] = FRACTURES
         for name, choice in choices:
-            if isinstance(choice, set):
-                fits = names[trace] in choice
-            else:
-                fits = (strike - choice[0]) % 180.0 <= choice[1] - choice[0]
+            fits = (
+                names[trace] in choice
+                if isinstance(choice, set)
+                else (strike - choice[0]) % 180.0 <= choice[1] - choice[0]
+            )
             if fits:
                 group[trace] = name
                 break
@@ -265,18 +268,24 @@ def draw(path, traces, graph, mesh, quality, places=4):
 
     worst = []
     for k in np.argsort(quality.angle, kind="stable"):
-        if all(np.hypot(*(quality.centre[k] - quality.centre[j])) > 10 * np.median(quality.edge) for j in worst):
+        if all(
+            np.hypot(*(quality.centre[k] - quality.centre[j])) > 10 * np.median(quality.edge) for j in worst
+        ):
             worst.append(k)
         if len(worst) == places:
             break
     figure = plt.figure(figsize=(16, 8), layout="constrained")
     grid = figure.add_gridspec(2, 4)
-    axes = [figure.add_subplot(grid[:, :2])] + [figure.add_subplot(grid[k // 2, 2 + k % 2]) for k in range(places)]
+    axes = [figure.add_subplot(grid[:, :2])] + [
+        figure.add_subplot(grid[k // 2, 2 + k % 2]) for k in range(places)
+    ]
     fractures = graph.xy[graph.edge[graph.is_fracture]]
     for number, axis in enumerate(axes):
         axis.triplot(*mesh.xy.T, mesh.triangle, color="0.7", linewidth=0.2 if number == 0 else 0.6)
         wide = 0.8 if number == 0 else 1.8
-        axis.add_collection(LineCollection(traces.segment.reshape(-1, 2, 2), colors="tab:orange", linewidths=wide))
+        axis.add_collection(
+            LineCollection(traces.segment.reshape(-1, 2, 2), colors="tab:orange", linewidths=wide)
+        )
         axis.add_collection(LineCollection(fractures, colors="k", linewidths=wide))
         axis.set_aspect("equal")
         axis.set_xlabel("x (m)")
@@ -297,21 +306,34 @@ def draw(path, traces, graph, mesh, quality, places=4):
 
 def arguments_of(words=None):
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("traces", help="CSV file of traces: x1,y1,x2,y2,trace")
     parser.add_argument("--size", type=float, required=True, help="element size at fractures (m)")
     parser.add_argument("--coarse", type=float, help=f"largest element size (m; default {COARSE:g} sizes)")
     parser.add_argument(
-        "--grading", type=float, default=GRADING, help=f"growth of the size per distance (default {GRADING:g})"
+        "--grading",
+        type=float,
+        default=GRADING,
+        help=f"growth of the size per distance (default {GRADING:g})",
     )
     parser.add_argument("--out", help="mesh file to write (default: the traces' name with .msh)")
     parser.add_argument(
-        "--window", type=float, nargs=4, metavar=("X0", "Y0", "X1", "Y1"), help="rectangle to mesh (default: extent)"
+        "--window",
+        type=float,
+        nargs=4,
+        metavar=("X0", "Y0", "X1", "Y1"),
+        help="rectangle to mesh (default: extent)",
     )
     parser.add_argument("--snap", type=float, help="snap tolerance (m; default 5e-4 of the shorter side)")
-    parser.add_argument("--feature", type=float, help=f"least feature that stays (m; default {FEATURE:g} sizes)")
+    parser.add_argument(
+        "--feature", type=float, help=f"least feature that stays (m; default {FEATURE:g} sizes)"
+    )
     parser.add_argument("--simplify", type=float, help="tolerance of simplifying (m; default half a feature)")
-    parser.add_argument("--stub", type=float, help="shorter dangling ends are dropped (m; default two features)")
+    parser.add_argument(
+        "--stub", type=float, help="shorter dangling ends are dropped (m; default two features)"
+    )
     parser.add_argument(
         "--min-angle", type=float, default=MIN_ANGLE, help=f"least angle of wedges (default {MIN_ANGLE:g})"
     )
@@ -325,7 +347,9 @@ def arguments_of(words=None):
     parser.add_argument("--cleaned", help="CSV file to write the cleaned traces to")
     parser.add_argument("--figure", help="picture to draw: the mesh and its worst places")
     parser.add_argument("--report", help="text file to write the report to, too")
-    parser.add_argument("--worst", type=int, default=5, help="how many of the worst elements are listed (default 5)")
+    parser.add_argument(
+        "--worst", type=int, default=5, help="how many of the worst elements are listed (default 5)"
+    )
     return parser.parse_args(words)
 
 

@@ -74,13 +74,21 @@ def spans(traces, side):
 
 def arguments_of(words=None):
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seed", type=int, required=True, help="seed of the random numbers")
     parser.add_argument("--out", required=True, help="CSV file to write")
     parser.add_argument("--side", type=float, default=2.0, help="side of the square (m; default 2)")
-    parser.add_argument("--strikes", type=float, nargs=2, default=STRIKES, help="of the two sets (default 100 140)")
-    parser.add_argument("--scatter", type=float, default=3.0, help="standard deviation of the strike (default 3)")
-    parser.add_argument("--share", type=float, default=0.6, help="share of traces in the first set (default 0.6)")
+    parser.add_argument(
+        "--strikes", type=float, nargs=2, default=STRIKES, help="of the two sets (default 100 140)"
+    )
+    parser.add_argument(
+        "--scatter", type=float, default=3.0, help="standard deviation of the strike (default 3)"
+    )
+    parser.add_argument(
+        "--share", type=float, default=0.6, help="share of traces in the first set (default 0.6)"
+    )
     parser.add_argument("--exponent", type=float, default=2.0, help="of the power law of lengths (default 2)")
     parser.add_argument("--shortest", type=float, default=0.4, help="shortest trace (m; default 0.4)")
     parser.add_argument("--longest", type=float, default=4.0, help="longest trace (m; default 4)")
@@ -118,7 +126,9 @@ def main():
     counts = np.bincount(of_set, minlength=2)
     across, upward = spans(traces, side)
     print(f"{arguments.out}: {len(of_set)} traces, {counts[0]} and {counts[1]} of the two sets")
-    print(f"P21 {traces.length / side**2:.3f} 1/m; mean length in the window {traces.length / len(of_set):.3f} m")
+    print(
+        f"P21 {traces.length / side**2:.3f} 1/m; mean length in the window {traces.length / len(of_set):.3f} m"
+    )
     print(f"joined left to right: {'yes' if across else 'no'}; bottom to top: {'yes' if upward else 'no'}")
 
 

@@ -45,7 +45,9 @@ def check_mesh(mesh, window, fracture_length, sides):
         wrong.append(f"{flat} triangles have no area or are turned over")
     width, height = window[2] - window[0], window[3] - window[1]
     if abs(area.sum() - width * height) > EXACT * width * height:
-        wrong.append(f"the triangles have an area of {area.sum():.12g} m2, the window {width * height:.12g} m2")
+        wrong.append(
+            f"the triangles have an area of {area.sum():.12g} m2, the window {width * height:.12g} m2"
+        )
     if (shared > 2).any():
         wrong.append(f"{int((shared > 2).sum())} edges have more than two triangles")
     unused = len(mesh.xy) - len(np.unique(mesh.triangle))
@@ -76,7 +78,9 @@ def check_mesh(mesh, window, fracture_length, sides):
         wrong.append(f"the sides are {perimeter:.12g} m long, the window {2 * (width + height):.12g} m")
     meshed = sum(line_length(mesh, lines) for name, lines in mesh.line.items() if name not in sides)
     if abs(meshed - fracture_length) > EXACT * fracture_length:
-        wrong.append(f"fractures are {meshed:.12g} m long in the mesh, {fracture_length:.12g} m in the cleaned traces")
+        wrong.append(
+            f"fractures are {meshed:.12g} m long in the mesh, {fracture_length:.12g} m in the cleaned traces"
+        )
     return wrong
 
 
@@ -90,7 +94,9 @@ def doubled_areas(mesh):
 def side_lengths(mesh):
     """Lengths of the sides of each triangle, the side opposite to each corner (triangles, 3) [m]."""
     corner = mesh.xy[mesh.triangle]
-    return np.stack([np.hypot(*(corner[:, (k + 1) % 3] - corner[:, (k + 2) % 3]).T) for k in range(3)], axis=1)
+    return np.stack(
+        [np.hypot(*(corner[:, (k + 1) % 3] - corner[:, (k + 2) % 3]).T) for k in range(3)], axis=1
+    )
 
 
 @dataclass
@@ -98,8 +104,8 @@ class Quality:
     """Measures of each triangle."""
 
     angle: np.ndarray  # least angle [degrees]
-    ratio: np.ndarray  # twice the radius of the inscribed over that of the circumscribed circle: 1 is equilateral
-    height: np.ndarray  # least height [m]: the stable step of an explicit run is about this over the wave speed
+    ratio: np.ndarray  # twice the radius of the inscribed over that of the circumscribed circle
+    height: np.ndarray  # least height [m]; the stable step of an explicit run goes with it
     edge: np.ndarray  # shortest side [m]
     centre: np.ndarray  # (triangles, 2) [m]
 
@@ -128,7 +134,10 @@ class Quality:
             f" (1 % have less than {1e3 * np.quantile(self.height, 0.01):.4g} mm,"
             f" half less than {1e3 * np.median(self.height):.4g} mm)",
         ]
-        for title, measure in (("least angle", self.angle), ("least height: they limit the stable step", self.height)):
+        for title, measure in (
+            ("least angle", self.angle),
+            ("least height: they limit the stable step", self.height),
+        ):
             lines.append(f"worst elements, {title}:")
             lines.append("           x           y     angle    height   shortest edge   ratio")
             for k in np.argsort(measure, kind="stable")[:worst]:

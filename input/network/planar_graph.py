@@ -4,6 +4,7 @@ The sides of the rectangle are edges of the graph like the fractures, so that a 
 like one near another fracture. An edge of the boundary has a negative trace (LEFT to TOP).
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -141,10 +142,13 @@ def merge_nodes(graph, tolerance, counts):
             continue
         taken[i] = taken[j] = True
         both = side[i] | side[j]
-        if rank[i] == rank[j] and rank[i] < 4:
-            place = (xy[i] + xy[j]) / 2
-        else:
-            place = xy[i] if rank[i] > rank[j] else xy[j]
+        place = (
+            (xy[i] + xy[j]) / 2
+            if rank[i] == rank[j] and rank[i] < 4
+            else xy[i]
+            if rank[i] > rank[j]
+            else xy[j]
+        )
         xy[i], side[i], becomes[j] = on_sides(place, both, graph.window), both, i
         counts["nodes near each other joined"] += 1
     return Graph(xy, side, becomes[graph.edge], graph.trace, graph.window), True
@@ -233,7 +237,7 @@ def cut_edges(graph, xy, side, cuts):
     new_edge, new_trace = [], []
     for e, nodes in cuts.items():
         chain = [graph.edge[e, 0], *[n for _, n in sorted(nodes)], graph.edge[e, 1]]
-        new_edge += list(zip(chain[:-1], chain[1:], strict=True))
+        new_edge += list(itertools.pairwise(chain))
         new_trace += [graph.trace[e]] * (len(chain) - 1)
     edge = np.vstack([graph.edge[keep], np.array(new_edge, dtype=int).reshape(-1, 2)])
     trace = np.concatenate([graph.trace[keep], np.array(new_trace, dtype=int)])
