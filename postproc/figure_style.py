@@ -124,6 +124,9 @@ def comparison_legend(axes, labels, **options):
         )
         for i in range(len(labels))
     ]
+    if len(labels) == 1:
+        # The one run is told by the figure's title or caption
+        runs, labels = [], []
     return axes.legend([*runs, line, points], [*labels, "computed", "empirical law"], **options)
 
 
