@@ -31,7 +31,28 @@ contains
       do i = 1, size(deck%boundary)
          call check_boundary(deck, i, errors)
       end do
+      do i = 1, size(deck%pore_pressure)
+         call check_pore_pressure(deck, i, errors)
+      end do
    end subroutine check_deck
+
+   !> A pore pressure acts in a known stage, and once in each for a group.
+   subroutine check_pore_pressure(deck, n, errors)
+      type(deck_t), intent(in) :: deck
+      !> Pore pressure to check
+      integer, intent(in) :: n
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+
+      associate (mine => deck%pore_pressure(n))
+         call check_stage(deck, 'pore_pressure', mine%line, mine%stage, errors)
+         do i = 1, n - 1
+            if (deck%pore_pressure(i)%group /= mine%group .or. deck%pore_pressure(i)%stage /= mine%stage) cycle
+            call errors%add(at(deck, mine%line, 'pore_pressure')//'pressure: already given in line '// &
+                            to_text(deck%pore_pressure(i)%line)//' for the same group and stage; give it once')
+         end do
+      end associate
+   end subroutine check_pore_pressure
 
    !> Groups without which there is nothing to run.
    subroutine check_present(deck, errors)
@@ -120,7 +141,7 @@ contains
       integer :: i
 
       place = at(deck, deck%boundary(n)%line, 'boundary')
-      call check_boundary_stage(deck, deck%boundary(n), errors)
+      call check_stage(deck, 'boundary', deck%boundary(n)%line, deck%boundary(n)%stage, errors)
       do i = 1, n - 1
          associate (mine => deck%boundary(n), other => deck%boundary(i))
             ! A condition of one stage replaces that of 'all' stages, so only those of the same stage can disagree.
@@ -133,10 +154,12 @@ contains
       end do
    end subroutine check_boundary
 
-   !> The stage of a boundary is 'all' or one of the deck's.
-   subroutine check_boundary_stage(deck, boundary, errors)
+   !> The stage a group acts in is 'all' or one of the deck's.
+   subroutine check_stage(deck, group, line, stage, errors)
       type(deck_t), intent(in) :: deck
-      type(boundary_t), intent(in) :: boundary
+      !> Group of the deck, its line, and the stage it names
+      character(len=*), intent(in) :: group, stage
+      integer, intent(in) :: line
       type(error_list_t), intent(inout) :: errors
       character(len=name_length), allocatable :: names(:)
       character(len=:), allocatable :: nearest
@@ -144,12 +167,12 @@ contains
       allocate (names(size(deck%stage) + 1))
       names(1) = every_stage
       names(2:) = deck%stage%name
-      if (boundary%stage == '' .or. any(names == boundary%stage)) return
-      nearest = nearest_word(boundary%stage, names)
+      if (stage == '' .or. any(names == stage)) return
+      nearest = nearest_word(stage, names)
       if (nearest /= '') nearest = '; did you mean '//quoted(nearest)//'?'
-      call errors%add(at(deck, boundary%line, 'boundary')//'stage = '//quoted(boundary%stage)// &
+      call errors%add(at(deck, line, group)//'stage = '//quoted(stage)// &
                       ': there is no such stage; must be one of '//list(names)//nearest)
-   end subroutine check_boundary_stage
+   end subroutine check_stage
 
    !> The same variable may not be prescribed twice.
    subroutine check_repeated(place, mine, others, line, errors)

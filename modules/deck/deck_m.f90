@@ -10,6 +10,7 @@ module deck_m
    use contact_group_m, only: contact_t, read_contact, write_contact
    use boundary_group_m, only: boundary_t, read_boundary, write_boundary
    use initial_group_m, only: initial_t, read_initial, write_initial
+   use pore_pressure_group_m, only: pore_pressure_t, read_pore_pressure, write_pore_pressure
    use gravity_group_m, only: gravity_t, read_gravity, write_gravity
    use stage_group_m, only: stage_t, read_stage, write_stage
    use explicit_group_m, only: explicit_t, read_explicit, write_explicit
@@ -31,6 +32,7 @@ module deck_m
       type(contact_t) :: contact
       type(boundary_t), allocatable :: boundary(:)
       type(initial_t), allocatable :: initial(:)
+      type(pore_pressure_t), allocatable :: pore_pressure(:)
       type(gravity_t) :: gravity
       type(stage_t), allocatable :: stage(:)
       type(explicit_t) :: explicit
@@ -40,9 +42,10 @@ module deck_m
 
    !> Names of all groups, and of those that may be given more than once
    character(len=*), parameter :: repeated_names(*) = &
-                                  [character(len=8) :: 'material', 'joint', 'fracture', 'boundary', 'initial', 'stage']
+                                  [character(len=13) :: 'material', 'joint', 'fracture', 'boundary', 'initial', &
+                                                         'pore_pressure', 'stage']
    character(len=*), parameter :: group_names(*) = &
-                                  [character(len=8) :: 'run', repeated_names, &
+                                  [character(len=13) :: 'run', repeated_names, &
                                                         'contact', 'gravity', 'explicit', 'implicit', 'output']
 
 contains
@@ -117,6 +120,8 @@ contains
          call read_boundary(slice(i), deck%boundary(n), errors)
       case ('initial')
          call read_initial(slice(i), deck%initial(n), errors)
+      case ('pore_pressure')
+         call read_pore_pressure(slice(i), deck%pore_pressure(n), errors)
       case ('gravity')
          call read_gravity(slice(i), deck%gravity, errors)
       case ('stage')
@@ -175,6 +180,7 @@ contains
       allocate (deck%material(number_of(slice, 'material')), deck%joint(number_of(slice, 'joint')), &
                 deck%fracture(number_of(slice, 'fracture')), &
                 deck%boundary(number_of(slice, 'boundary')), deck%initial(number_of(slice, 'initial')), &
+                deck%pore_pressure(number_of(slice, 'pore_pressure')), &
                 deck%stage(number_of(slice, 'stage')))
    end subroutine allocate_repeated
 
@@ -221,6 +227,9 @@ contains
       end do
       do i = 1, size(deck%initial)
          call write_initial(deck%initial(i), unit)
+      end do
+      do i = 1, size(deck%pore_pressure)
+         call write_pore_pressure(deck%pore_pressure(i), unit)
       end do
       call write_gravity(deck%gravity, unit)
       do i = 1, size(deck%stage)

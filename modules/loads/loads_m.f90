@@ -28,7 +28,7 @@ module loads_m
       integer, allocatable :: pressure_edge(:, :), pressure_surface(:)
    end type loads_t
 
-   public :: init_loads, start_stage, nodal_loads, group_nodes, smooth_ramp
+   public :: init_loads, start_stage, nodal_loads, group_nodes, smooth_ramp, stage_number
 
 contains
 

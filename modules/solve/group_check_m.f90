@@ -6,6 +6,7 @@ module group_check_m
    use boundary_group_m, only: prescribed, prescribable, edge_loads
    use edges_m, only: edge_table_t, build_edges, find_edge
    use mesh_m, only: mesh_t, find_group, name_length
+   use pore_pressure_group_m, only: every_place
    implicit none
    private
 
@@ -44,6 +45,15 @@ contains
          associate (initial => deck%initial(i))
             call require(deck, mesh, '&initial', initial%line, initial%group, [a_point, a_curve, a_surface], errors, found)
             if (found) call check_nodes(deck, mesh, edges, '&initial', initial%line, initial%group, errors, found)
+         end associate
+      end do
+      do i = 1, size(deck%pore_pressure)
+         associate (pore => deck%pore_pressure(i))
+            if (pore%group == every_place) cycle
+            call require(deck, mesh, '&pore_pressure', pore%line, pore%group, [a_curve, a_surface], errors, found)
+            if (find_group(mesh%group, pore%group, a_curve) == 0 .or. any(deck%joint%group == pore%group)) cycle
+            call errors%add(place(deck, '&pore_pressure', pore%line, pore%group)//': this physical curve is no fracture; '// &
+                            'must be the group of a &joint, or a physical surface')
          end associate
       end do
       call check_materials(deck, mesh, errors)

@@ -18,6 +18,7 @@ module scene_m
    use wall_contact_m, only: wall_contact_t, init_wall_contact, surfaces_walked
    use contact_m, only: contact_t, contact_options_t
    use friction_m, only: friction_slider, friction_velocity
+   use pore_pressure_m, only: add_pore_pressure
    use loads_m, only: loads_t, init_loads, start_stage, group_nodes
    use state_m, only: state_t, init_state
    implicit none
@@ -347,6 +348,7 @@ contains
       integer, intent(in) :: stage
 
       call start_stage(scene%split, scene%deck%boundary, scene%deck%stage%name, stage, scene%weight, scene%loads)
+      call add_pore_pressure(scene%split, scene%deck%pore_pressure, scene%deck%stage%name, stage, scene%loads)
       ! Weight that is not ramped is there from the very start
       if (stage == 1 .and. .not. scene%deck%gravity%ramped) scene%loads%dead_start = scene%weight
    end subroutine begin_stage

@@ -1,0 +1,89 @@
+!> The group &pore_pressure: fluid pressure in rock and fractures (Biot-type coupling, section 4.2 of the paper).
+module pore_pressure_group_m
+   use kinds_m, only: wp
+   use constants_m, only: unset, is_set
+   use errors_m, only: error_list_t
+   use deck_scan_m, only: group_slice_t
+   use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
+                              check_given, check_needed, check_range
+   use deck_write_m, only: begin_group, put, end_group
+   use boundary_group_m, only: every_stage
+   implicit none
+   private
+
+   public :: read_pore_pressure, write_pore_pressure
+
+   !> Group that stands for all rock and all fractures
+   character(len=*), parameter, public :: every_place = 'all'
+   !> Pressure [Pa] beyond which the unit must be wrong
+   real(wp), parameter :: highest = 1.0e10_wp
+
+   !> &pore_pressure
+   type, public :: pore_pressure_t
+      !> Line of the deck on which the group starts (0: not in the deck)
+      integer :: line = 0
+      !> Physical surface (its rock), physical curve (its fractures), or 'all': all rock and all fractures
+      character(len=name_length) :: group = every_place
+      !> Stage at whose end the pressure is reached, or 'all'
+      character(len=name_length) :: stage = every_stage
+      !> Pressure of the fluid [Pa]
+      real(wp) :: pressure = unset
+      !> Biot coefficient: the part of the pressure that acts in the rock [-]
+      real(wp) :: biot = 1.0_wp
+   end type pore_pressure_t
+
+   type(variable_t), parameter :: variables(*) = [ &
+                                  variable_t('group', a_name), &
+                                  variable_t('stage', a_name), &
+                                  variable_t('pressure', a_number), &
+                                  variable_t('biot', a_number)]
+
+contains
+
+   !> Read and check the group.
+   subroutine read_pore_pressure(slice, pore_pressure, errors)
+      !> The group as written
+      type(group_slice_t), intent(in) :: slice
+      !> Its settings
+      type(pore_pressure_t), intent(out) :: pore_pressure
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      character(len=256) :: message
+      integer :: status
+      namelist /settings/ pore_pressure
+
+      pore_pressure%line = slice%line
+      call namelist_text(slice, variables, text, errors)
+      read (text, nml=settings, iostat=status, iomsg=message)
+      call require_clean_read(slice, status, message, errors)
+      call check_pore_pressure(slice, pore_pressure, errors)
+   end subroutine read_pore_pressure
+
+   !> Ranges; combinations of groups are checked with the whole deck.
+   subroutine check_pore_pressure(slice, pore_pressure, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(pore_pressure_t), intent(in) :: pore_pressure
+      type(error_list_t), intent(inout) :: errors
+
+      call check_given(errors, slice, 'group', pore_pressure%group, "a physical surface or curve of the mesh, or 'all'")
+      call check_given(errors, slice, 'stage', pore_pressure%stage, "the name of a stage, or 'all'")
+      call check_needed(errors, slice, 'pressure', pore_pressure%pressure, 'the pressure of the fluid in Pa')
+      if (is_set(pore_pressure%pressure)) &
+         call check_range(errors, slice, 'pressure', pore_pressure%pressure, least=0.0_wp, most=highest)
+      call check_range(errors, slice, 'biot', pore_pressure%biot, least=0.0_wp, most=1.0_wp)
+   end subroutine check_pore_pressure
+
+   !> Write the effective group, every variable.
+   subroutine write_pore_pressure(pore_pressure, unit)
+      type(pore_pressure_t), intent(in) :: pore_pressure
+      integer, intent(in) :: unit
+
+      call begin_group(unit, 'pore_pressure')
+      call put(unit, 'group', pore_pressure%group)
+      call put(unit, 'stage', pore_pressure%stage)
+      call put(unit, 'pressure', pore_pressure%pressure)
+      call put(unit, 'biot', pore_pressure%biot)
+      call end_group(unit)
+   end subroutine write_pore_pressure
+
+end module pore_pressure_group_m
