@@ -111,7 +111,7 @@ program femdem
    end do
    call solver%close()
    call results%close()
-   call say_end(directory, state, progress, log)
+   call say_end(directory, scene, state, progress, log)
    call log%close()
 
 contains

@@ -28,6 +28,7 @@ contains
       call check_repeated_names(deck, errors)
       call check_stage_names(deck, errors)
       call check_crack_joints(deck, errors)
+      if (deck%run%solver == 'implicit') call check_implicit(deck, errors)
       do i = 1, size(deck%boundary)
          call check_boundary(deck, i, errors)
       end do
@@ -53,6 +54,26 @@ contains
          end do
       end associate
    end subroutine check_pore_pressure
+
+   !> What the implicit solver cannot do: anything that needs velocities or the general contact.
+   subroutine check_implicit(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      character(len=*), parameter :: instead = '; solver = ''implicit'' cannot do that: use '
+      integer :: i
+
+      do i = 1, size(deck%joint)
+         associate (joint => deck%joint(i))
+            if (joint%contact == 'potential') call errors%add(at(deck, joint%line, 'joint')// &
+                                                              'contact = ''potential'''//instead//'''wall''')
+            if (joint%friction == 'velocity') call errors%add(at(deck, joint%line, 'joint')// &
+                                                              'friction = ''velocity'''//instead//'''slider''')
+         end associate
+      end do
+      do i = 1, size(deck%initial)
+         call errors%add(at(deck, deck%initial(i)%line, 'initial')//'initial velocities'//instead//'solver = ''explicit''')
+      end do
+   end subroutine check_implicit
 
    !> Groups without which there is nothing to run.
    subroutine check_present(deck, errors)

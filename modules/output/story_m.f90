@@ -6,7 +6,7 @@ module story_m
    use log_m, only: log_t, progress_t
    use version_m, only: program_version, program_commit
    use deck_m, only: deck_t
-   use scene_m, only: scene_t
+   use scene_m, only: scene_t, solver_explicit
    use state_m, only: state_t
    use explicit_m, only: cycle_report_t
    implicit none
@@ -47,15 +47,16 @@ contains
                        to_text(scene%deck%stage(stage)%equilibrium)//' (max_rest_time, damping)')
    end subroutine say_stage
 
-   subroutine say_end(directory, state, progress, log)
+   subroutine say_end(directory, scene, state, progress, log)
       character(len=*), intent(in) :: directory
+      type(scene_t), intent(in) :: scene
       type(state_t), intent(in) :: state
       type(progress_t), intent(in) :: progress
       type(log_t), intent(in) :: log
 
       call log%say('energy    external '//to_text(state%energy%external)//' J/m, residual '// &
                    to_text(state%energy%residual())//' J/m')
-      if (energy_from_contact(state)) &
+      if (scene%solver == solver_explicit .and. energy_from_contact(state)) &
          call log%warn('the contact has given out '//to_text(-state%energy%contact)//' J/m more than it took up: bodies '// &
                        'collide too fast for this step; try a smaller &explicit safety or &material penalty_factor')
       call log%say('done      '//to_text(state%step)//' steps in '//to_text(progress%elapsed())//' s; results in '//directory)

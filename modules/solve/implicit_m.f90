@@ -24,6 +24,8 @@ module implicit_m
    use sparse_system_m, only: sparse_system_t, build_system, add_block, gather, scatter
    use mumps_m, only: sparse_lu_t, linear_ok, linear_singular
    use anderson_m, only: anderson_t
+   use support_m, only: find_loose
+   use contact_m, only: contact_energy_t
    use explicit_m, only: cycle_report_t, fraction_done
    implicit none
    private
@@ -39,6 +41,8 @@ module implicit_m
       !> Stage the system was laid out for (0: none); does the matrix belong to it?
       integer :: stage = 0
       logical :: factored = .false.
+      !> Are there bodies that only weak springs hold? Has contact of other surfaces been warned of?
+      logical :: weak_springs = .false., warned = .false.
       !> Part of a cycle's increment to try next
       real(wp) :: part = 1.0_wp
       !> Displacement of the last increment (2, nodes) [m], and what part of a cycle it was (0: none to go by)
@@ -75,6 +79,10 @@ module implicit_m
    real(wp), parameter :: near = 0.1_wp
    !> Rounding of the forces: this many times the machine's precision
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
+   !> Weak springs over the stiffness of the rock
+   real(wp), parameter :: weak = 1.0e-8_wp
+   !> Contact of other surfaces may carry this share of all forces before the answer is refused
+   real(wp), parameter :: negligible = 1.0e-2_wp
    !> Dilation that pushes the walls is found together with the pressure [mm]
    real(wp), parameter :: dilation_tolerance = 1.0e-13_wp
    integer, parameter :: dilation_iterations = 30
@@ -97,7 +105,8 @@ contains
       integer :: iterations
       logical :: converged
 
-      if (stage /= self%stage) call prepare_stage(self, scene, stage, cycle, state)
+      if (stage /= self%stage) call prepare_stage(self, scene, stage, cycle, log, state, errors)
+      if (errors%any()) return
       done = 0.0_wp
       do while (done < 1.0_wp)
          part = min(self%part, 1.0_wp - done)
@@ -127,18 +136,23 @@ contains
             end if
          end if
       end do
+      if (scene%has_contact) call check_other_contact(self, scene, stage, log, state, errors)
       state%time = state%time + max(0.0_wp, scene%deck%stage(stage)%rest_time)
       report%unbalanced = unbalanced_ratio(scene%loads, state)
    end subroutine implicit_cycle
 
    !> A new stage prescribes other displacements: other unknowns, another pattern, nothing to extrapolate from.
-   subroutine prepare_stage(self, scene, stage, cycle, state)
+   subroutine prepare_stage(self, scene, stage, cycle, log, state, errors)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
       integer, intent(in) :: stage, cycle
+      type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
+      type(error_list_t), intent(inout) :: errors
       type(increment_t) :: increment
 
+      call check_support(self, scene, stage, log, errors)
+      if (errors%any()) return
       self%stage = stage
       self%part = 1.0_wp
       self%move_part = 0.0_wp
@@ -151,6 +165,33 @@ contains
       call evaluate(scene, increment, state)
       call lay_out(self, scene, state)
    end subroutine prepare_stage
+
+   !> Find what nothing holds: refuse it, or hold it by weak springs in the matrix alone, which carry no force.
+   subroutine check_support(self, scene, stage, log, errors)
+      type(implicit_solver_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage
+      type(log_t), intent(in) :: log
+      type(error_list_t), intent(inout) :: errors
+      integer, allocatable :: loose(:)
+      character(len=:), allocatable :: what
+      integer :: i
+
+      call find_loose(scene%split%x, scene%split%triangle, scene%split%joint(:, scene%walls%joint), &
+                      scene%loads%fixed, loose)
+      self%weak_springs = size(loose) > 0
+      do i = 1, size(loose)
+         what = 'stage '''//trim(scene%deck%stage(stage)%name)//''': nothing holds the rock around x = '// &
+                to_text(scene%split%x(1, loose(i)))//', y = '//to_text(scene%split%x(2, loose(i)))
+         if (scene%deck%implicit%loose_bodies == 'hold') then
+            call log%warn(what//'; its loads must be in balance')
+         else
+            call errors%add(what//' against sliding or turning as a whole, and an implicit solver finds no equilibrium '// &
+                            'there; prescribe displacements (&boundary vx, vy = 0), set &implicit loose_bodies = ''hold'' '// &
+                            'if its loads are in balance, or use solver = ''explicit''')
+         end if
+      end do
+   end subroutine check_support
 
    !> Number the unknowns and lay out the matrix for where the walls are now.
    subroutine lay_out(self, scene, state)
@@ -326,6 +367,9 @@ contains
          call assemble(scene, state, self%system, outside)
       end if
       self%diagonal = diagonal_of(self%system)
+      if (self%weak_springs) then
+         where (self%system%row == self%system%column) self%system%value = (1.0_wp + weak)*self%system%value
+      end if
       call self%lu%factor(self%system%value, status)
       self%factorisations = self%factorisations + 1_i8
       regular = status == linear_ok .and. .not. outside .and. size(residual) == self%system%unknowns
@@ -473,6 +517,39 @@ contains
          energy%strain = strain_energy(scene%solid, state%u)
       end associate
    end subroutine account
+
+   !> Do surfaces that are no fracture walls press on each other? That contact is not in the equations.
+   subroutine check_other_contact(self, scene, stage, log, state, errors)
+      type(implicit_solver_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      integer, intent(in) :: stage
+      type(log_t), intent(in) :: log
+      type(state_t), intent(in) :: state
+      type(error_list_t), intent(inout) :: errors
+      real(wp) :: push(2, size(state%u, 2)), rub(2, size(state%u, 2)), share
+      type(contact_energy_t) :: energy
+      character(len=:), allocatable :: what
+      integer :: node
+
+      if (scene%contact%needs_search(state%u)) call scene%contact%search(scene%split, state%u)
+      push = 0.0_wp
+      rub = 0.0_wp
+      call scene%contact%forces(scene%split, state%u, state%v, scene%friction, push, rub, energy)
+      share = norm2(push)
+      if (share <= 0.0_wp) return
+      share = share/norm2([norm2(state%normal), norm2(state%friction), norm2(state%load), share])
+      node = maxloc(push(1, :)**2 + push(2, :)**2, dim=1)
+      what = 'surfaces that are not the two walls of a fracture overlap in stage '''// &
+             trim(scene%deck%stage(stage)%name)//''', most near x = '//to_text(scene%split%x(1, node))//', y = '// &
+             to_text(scene%split%x(2, node))//': their contact would be '//to_text(100.0_wp*share)//' % of all forces'
+      if (share > negligible) then
+         call errors%add(what//', which the implicit solver leaves out; use solver = ''explicit'', or &contact '// &
+                         'active = .false. if this does not matter')
+      else if (.not. self%warned) then
+         call log%warn(what//'; it is left out')
+         self%warned = .true.
+      end if
+   end subroutine check_other_contact
 
    !> Back to the start of the increment; try half of it next.
    subroutine give_up_increment(self, scene, increment, state)
