@@ -39,7 +39,8 @@ module wall_tangent_m
 
    !> An open joint keeps this share of its first stiffness in the tangent (not in the forces), a closed one without
    !> stress the other for shear: blocks that nothing holds yet must not make the system singular
-   real(wp), parameter :: open_share = 1.0e-4_wp, unstressed_share = 0.1_wp
+   real(wp), parameter, public :: open_share = 1.0e-4_wp
+   real(wp), parameter :: unstressed_share = 0.1_wp
    !> Own nodes of a joint element
    integer, parameter :: own_nodes = 4
    real(wp), parameter :: side(4) = [1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp]
