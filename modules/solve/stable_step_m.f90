@@ -8,7 +8,7 @@ module stable_step_m
    use constants_m, only: is_set, megapascal_per_millimetre
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
-   use scene_m, only: scene_t
+   use scene_m, only: scene_t, solver_explicit
    use state_m, only: state_t
    use wall_contact_m, only: find_overlaps, wall_stiffness_bound
    use joints_m, only: joint_stiffness
@@ -67,7 +67,7 @@ contains
       real(wp) :: stiffness(size(state%mass)), longest
 
       associate (settings => scene%deck%explicit)
-         if (.not. is_set(settings%step)) return
+         if (.not. is_set(settings%step) .or. scene%solver /= solver_explicit) return
          call stiffness_bound(scene, state, stiffness)
          longest = longest_stable_step(stiffness, scene%rock_damping, state%mass, scene%loads%fixed)
          if (settings%step <= longest) return
