@@ -109,7 +109,7 @@ program femdem
       end do
       call say_stage(scene, stage, state, report, log)
    end do
-   call solver%close()
+   call solver%close(log)
    call results%close()
    call say_end(directory, scene, state, progress, log)
    call log%close()

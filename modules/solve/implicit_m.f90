@@ -578,10 +578,14 @@ contains
                       'largest_cut, or solver = ''explicit'' where blocks come loose or the load exceeds what holds them')
    end subroutine report_failure
 
-   !> Give back the memory of the matrix.
-   subroutine close_solver(self)
+   !> Say what it took and give back the memory of the matrix.
+   subroutine close_solver(self, log)
       class(implicit_solver_t), intent(inout) :: self
+      type(log_t), intent(in) :: log
 
+      if (self%stage > 0) call log%say('implicit  '//to_text(self%system%unknowns)//' unknowns in the last stage; '// &
+                                       to_text(self%iterations)//' iterations, '//to_text(self%factorisations)// &
+                                       ' factorisations, '//to_text(self%patterns)//' patterns')
       call self%lu%free()
    end subroutine close_solver
 

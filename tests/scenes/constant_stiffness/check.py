@@ -1,0 +1,55 @@
+"""Integrate d sn/du = K tan(d)/(1 + K/knn) along with the mobilisation, and compare."""
+
+from pathlib import Path
+
+import numpy as np
+from scene_motion import Motion, changed_deck, run_deck
+
+from jcm import Joint
+
+# The implicit step takes the pressure at its end: first order in the increment of 5 micrometres
+TOLERANCE = 5e-3
+STEP = 2e-4  # mm, of the integration
+
+
+def check(results):
+    folder = Path(results).parent
+    compare(Motion(results).history, 15)
+    deck = changed_deck(folder, "stiffness.nml", "stiff.nml", ("young = 150e6", "young = 600e6"))
+    compare(Motion(run_deck(folder, deck, "stiff", "--quiet")).history, 60)
+    free = ("&boundary group = 'block_top', stage = 'shear', vy = 0 /\n", "")
+    deck = changed_deck(folder, "stiffness.nml", "free.nml", free, ("young = 150e6", "young = 1e10"))
+    compare(Motion(run_deck(folder, deck, "free", "--quiet")).history, 0)
+
+
+def compare(history, stiffness):
+    u = history["joint.shear_displacement_mm"]
+    stress, dilation = integrate(u, history["joint.normal_stress_MPa"][0], stiffness)
+    for name, expected in (("normal_stress_MPa", stress), ("dilation_mm", dilation)):
+        error = abs(history[f"joint.{name}"] - expected).max() / abs(expected).max()
+        print(f"K = {stiffness} MPa/mm: {name} within {100 * error:.3f} % of its largest value")
+        assert error < TOLERANCE, f"K = {stiffness} MPa/mm: {name} is {100 * error:.2f} % off"
+
+
+def integrate(u, stress, stiffness):
+    """Normal stress and dilation at the slips u, by the mid-point rule."""
+    joint = Joint(jrc0=10, jcs0=100, l0=0.1, phi_r=30, length=0.1)
+    kn0, vm = joint.initial_stiffness, joint.largest_closure
+
+    def rates(ratio, stress):
+        knn = (stress + kn0 * vm) ** 2 / (kn0 * vm**2)  # eq 11
+        slope = float(joint.dilation_slope(ratio, stress))
+        return 1 / float(joint.peak_displacement(stress)), stiffness * slope / (1 + stiffness / knn), slope
+
+    found = [(stress, 0.0)]
+    ratio = dilation = slipped = 0.0
+    for target in u[1:]:
+        steps = max(1, int(np.ceil((target - slipped) / STEP)))
+        du = (target - slipped) / steps
+        for _ in range(steps):
+            first = rates(ratio, stress)
+            middle = rates(ratio + 0.5 * du * first[0], stress + 0.5 * du * first[1])
+            ratio, stress, dilation = ratio + du * middle[0], stress + du * middle[1], dilation + du * middle[2]
+        slipped = target
+        found.append((stress, dilation))
+    return np.array(found).T
