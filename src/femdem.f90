@@ -17,6 +17,7 @@ program femdem
    use group_check_m, only: check_groups
    use scene_m, only: scene_t, build_scene, begin_stage, solver_explicit, solver_implicit
    use state_m, only: state_t
+   use cracks_m, only: start_cracks
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
@@ -71,6 +72,7 @@ program femdem
    call order_mesh(mesh)
    call build_scene(deck, mesh, log, scene, state, errors)
    if (errors%any()) call stop_with(status_bad_input)
+   call start_cracks(scene, log, state)
    call say_plan(scene, mesh, log)
    if (command%check) then
       call begin_stage(scene, 1)

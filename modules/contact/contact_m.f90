@@ -61,6 +61,8 @@ module contact_m
 
       !> Nodes of each object (3, objects); surface edge each of its edges is, 0 inside the rock (3, objects)
       integer, allocatable :: node(:, :), edge(:, :)
+      !> Number of each node that is the same for nodes held together (3, objects)
+      integer, allocatable :: same(:, :)
       !> Height of each object over each of its edges (3, objects) [m], its penalty [Pa] and half its skin [m] (objects)
       real(wp), allocatable :: height(:, :), penalty(:), half_skin(:)
       !> Height that the potential rises over from the surface, the least where there is a choice (objects) [m]
@@ -100,6 +102,7 @@ module contact_m
       procedure :: search
       procedure :: pairs
       procedure :: forces
+      procedure :: carry_on
       procedure :: add_stiffness
       procedure :: joint_tractions
       procedure :: save_state
@@ -109,7 +112,7 @@ module contact_m
 contains
 
    !> Collect the objects and prepare their state; nothing is searched yet.
-   subroutine init(self, split, penalty, handled, options)
+   subroutine init(self, split, penalty, handled, options, same)
       class(contact_t), intent(out) :: self
       type(split_mesh_t), intent(in) :: split
       !> Penalty of each triangle's rock (triangles) [Pa]
@@ -117,7 +120,9 @@ contains
       !> Fracture group of each surface edge whose contact another law handles, 0 for the others (surface edges)
       integer, intent(in) :: handled(:)
       type(contact_options_t), intent(in) :: options
-      integer, allocatable :: object_of(:), chosen(:)
+      !> Number that is the same for nodes held together: triangles that share one never meet (nodes)
+      integer, intent(in), optional :: same(:)
+      integer, allocatable :: object_of(:), chosen(:), number(:)
       integer :: i, k, edges
 
       self%options = options
@@ -131,13 +136,16 @@ contains
       allocate (self%pair(2, 0), self%near(0), self%pair_penalty(0))
       allocate (self%along(2, edges), self%load(edges), self%load_slip(edges), self%load_stiffness(edges))
       allocate (self%touch(16))
-      self%possible = surfaces_can_meet(split, handled)
+      number = [(i, i=1, size(split%x, 2))]
+      if (present(same)) number = same
+      self%possible = surfaces_can_meet(split, handled, number)
 
       call choose_objects(split, chosen, object_of)
       allocate (self%node(3, size(chosen)), self%edge(3, size(chosen)), self%height(3, size(chosen)), &
                 self%box(4, size(chosen)))
       self%node = split%triangle(:, chosen)
       self%penalty = penalty(chosen)
+      self%same = reshape(number(reshape(self%node, [size(self%node)])), shape(self%node))
       self%edge = 0
       do i = 1, edges
          associate (object => object_of(split%surface_triangle(i)))
@@ -258,7 +266,7 @@ contains
       do i = 1, size(candidate, 2)
          associate (first => candidate(1, i), second => candidate(2, i))
             keep(i) = .false.
-            if (share_node(self%node(:, first), self%node(:, second))) cycle
+            if (share_node(self%same(:, first), self%same(:, second))) cycle
             if (self%handled%share(first, second)) cycle
             a = split%x(:, self%node(:, first)) + displacement(:, self%node(:, first))
             b = split%x(:, self%node(:, second)) + displacement(:, self%node(:, second))
@@ -288,6 +296,42 @@ contains
          self%pair_penalty(n) = pair_penalty(self%penalty(candidate(1, i)), self%penalty(candidate(2, i)))
       end do
    end subroutine keep_pairs
+
+   !> Go on as another contact of the same rock did whose mesh had fewer cuts: its springs, energy and last displacements.
+   subroutine carry_on(self, old, old_edge, edge, parent, split, displacement)
+      class(contact_t), intent(inout) :: self
+      class(contact_t), intent(in) :: old
+      !> Numbers of the surface edges of the old contact and of this one that both meshes understand (surface edges)
+      integer, intent(in) :: old_edge(:), edge(:)
+      !> Node of the old mesh that each node was (nodes)
+      integer, intent(in) :: parent(:)
+      type(split_mesh_t), intent(in) :: split
+      !> Displacement of every node (2, nodes) [m]
+      real(wp), intent(in) :: displacement(:, :)
+      integer, allocatable :: was(:)
+      integer :: i, before
+
+      call self%search(split, displacement)
+      self%searches = old%searches + 1
+      self%spring_energy = old%spring_energy
+      self%loaded = old%loaded
+      allocate (was(max(maxval(edge), maxval(old_edge))), source=0)
+      do i = 1, size(old_edge)
+         was(old_edge(i)) = i
+      end do
+      do i = 1, size(edge)
+         if (was(edge(i)) == 0) cycle
+         self%elongation(i) = old%elongation(was(edge(i)))
+         self%stiffness(i) = old%stiffness(was(edge(i)))
+         self%normal(i) = old%normal(was(edge(i)))
+         self%shear(i) = old%shear(was(edge(i)))
+      end do
+      do i = 1, size(self%layer)
+         before = old%place(parent(self%layer(i)))
+         self%before(:, i) = displacement(:, self%layer(i))
+         if (before > 0) self%before(:, i) = old%before(:, before)
+      end do
+   end subroutine carry_on
 
    !> Number of pairs near each other since the last search.
    pure integer function pairs(self)

@@ -24,20 +24,23 @@ contains
 
    !> Can two surfaces meet that this contact is responsible for? Not in one body without a free fracture wall whose
    !> outline is convex: it would have to be folded first.
-   function surfaces_can_meet(split, handled) result(possible)
+   function surfaces_can_meet(split, handled, same) result(possible)
       type(split_mesh_t), intent(in) :: split
       !> Group of each surface edge that another law handles, 0 for the others (surface edges)
       integer, intent(in) :: handled(:)
+      !> Number that is the same for nodes held together (nodes)
+      integer, intent(in) :: same(:)
       logical :: possible
 
       possible = any(split%surface_joint > 0 .and. handled == 0)
-      if (.not. possible) possible = bodies(split) > 1
+      if (.not. possible) possible = bodies(split, same) > 1
       if (.not. possible) possible = .not. convex_outline(split)
    end function surfaces_can_meet
 
-   !> Number of bodies: sets of triangles joined by common nodes.
-   integer function bodies(split)
+   !> Number of bodies: sets of triangles joined by common nodes or nodes held together.
+   integer function bodies(split, same)
       type(split_mesh_t), intent(in) :: split
+      integer, intent(in) :: same(:)
       integer, allocatable :: parent(:)
       logical, allocatable :: in_a_body(:)
       integer :: i, k, a, b
@@ -46,10 +49,10 @@ contains
       parent = [(i, i=1, size(parent))]
       in_a_body = .false.
       do i = 1, size(split%triangle, 2)
-         in_a_body(split%triangle(:, i)) = .true.
+         in_a_body(same(split%triangle(:, i))) = .true.
          do k = 2, 3
-            a = root(split%triangle(1, i))
-            b = root(split%triangle(k, i))
+            a = root(same(split%triangle(1, i)))
+            b = root(same(split%triangle(k, i)))
             parent(max(a, b)) = min(a, b)
          end do
       end do

@@ -54,17 +54,22 @@ module wall_contact_m
 contains
 
    !> Set up the wall contact of the given joints. Tips with coinciding ends are allowed.
-   subroutine init_wall_contact(split, handled, walls)
+   subroutine init_wall_contact(split, handled, walls, bonded)
       type(split_mesh_t), intent(in) :: split
       !> Joints whose walls are in wall contact (joints)
       logical, intent(in) :: handled(:)
       type(wall_contact_t), intent(out) :: walls
+      !> Joints whose walls are still bonded and no surface yet; none when not given (joints)
+      logical, intent(in), optional :: bonded(:)
       !> Surface edge of the lower and upper wall of each joint (joints)
       integer, allocatable :: edge_of(:, :)
+      logical :: closed(size(handled))
       integer :: j, e, n, w
 
-      n = count(handled)
-      walls%joint = pack([(j, j=1, size(handled))], handled)
+      closed = .false.
+      if (present(bonded)) closed = bonded
+      n = count(handled .and. .not. closed)
+      walls%joint = pack([(j, j=1, size(handled))], handled .and. .not. closed)
       walls%surface = split%surface
       allocate (walls%length(n), walls%tangent(2, n), source=0.0_wp)
       allocate (edge_of(2, size(handled)), source=0)
@@ -72,8 +77,8 @@ contains
          if (split%surface_joint(e) == 0) cycle
          edge_of(merge(1, 2, split%surface_side(e) < 0), split%surface_joint(e)) = e
       end do
-      call continue_straight(split, walls%before, walls%after)
-      call choose_sides(walls, split, handled, edge_of)
+      call continue_straight(split, closed, walls%before, walls%after)
+      call choose_sides(walls, split, handled .and. .not. closed, edge_of)
       allocate (walls%node(2, n), walls%facing(n))
       do w = 1, n
          associate (edges => edge_of(:, walls%joint(w)))
@@ -170,8 +175,10 @@ contains
    end function length_of
 
    !> For each surface edge find the edges that continue it most nearly straight, across crossings too.
-   subroutine continue_straight(split, before, after)
+   subroutine continue_straight(split, bonded, before, after)
       type(split_mesh_t), intent(in) :: split
+      !> Joints whose walls nothing may walk on (joints)
+      logical, intent(in) :: bonded(:)
       !> Edge that ends where this one starts, edge that starts where this one ends (edges); 0: none
       integer, allocatable, intent(out) :: before(:), after(:)
       integer, allocatable :: first(:), starts(:)
@@ -191,6 +198,9 @@ contains
          best_joined = .false.
          do k = first(end_node), first(end_node + 1) - 1
             other = starts(k)
+            if (split%surface_joint(other) > 0) then
+               if (bonded(split%surface_joint(other))) cycle
+            end if
             cosine = dot_product(direction(split, e), direction(split, other))
             if (cosine < facing_cosine) cycle
             ! The surface of the same body goes before that of another block

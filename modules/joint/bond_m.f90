@@ -32,7 +32,9 @@ contains
    !>
    !> The forces on the two walls are opposite and, with the small couple of the stresses on the opening, keep the moment
    !> of momentum; this couple is also what makes their work that of the stresses on opening and slip.
-   pure subroutine bond_forces(node, length, law, shift, x, u, point, force)
+   pure subroutine bond_forces(active, node, length, law, shift, x, u, point, force)
+      !> Bonds that still hold or press (bonds)
+      logical, contiguous, intent(in) :: active(:)
       !> Nodes A, B, A', B' (4, bonds), length before any motion (bonds) [m]
       integer, contiguous, intent(in) :: node(:, :)
       real(wp), contiguous, intent(in) :: length(:)
@@ -50,6 +52,7 @@ contains
       integer :: b, k
 
       do b = 1, size(node, 2)
+         if (.not. active(b)) cycle
          associate (p => node(1, b), q => node(2, b), pp => node(3, b), qq => node(4, b))
             start = u(:, pp) - u(:, p)
             end = u(:, qq) - u(:, q)
@@ -96,7 +99,8 @@ contains
 
    !> Add the bonds' part to the nodal bounds of the stiffness (see solid_m): a bond's matrix k N N^T has the row sums
    !> 2 k integral of N = k L at each of its nodes.
-   pure subroutine bond_stiffness_bound(node, length, law, bound)
+   pure subroutine bond_stiffness_bound(active, node, length, law, bound)
+      logical, contiguous, intent(in) :: active(:)
       integer, contiguous, intent(in) :: node(:, :)
       real(wp), contiguous, intent(in) :: length(:)
       type(cohesive_t), intent(in) :: law(:)
@@ -105,6 +109,7 @@ contains
       integer :: b, k
 
       do b = 1, size(node, 2)
+         if (.not. active(b)) cycle
          do k = 1, 4
             bound(node(k, b)) = bound(node(k, b)) + law(b)%stiffness*length(b)
          end do

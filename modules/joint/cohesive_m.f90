@@ -11,7 +11,7 @@ module cohesive_m
    implicit none
    private
 
-   public :: cohesive_law, cohesive_update, softening, softening_integral, overstress, strengthened
+   public :: cohesive_law, cohesive_update, start_point, softening, softening_integral, overstress, strengthened
 
    !> Constants of the softening curve (Munjiza, Andrews and White 1999); c is a whole number here
    real(wp), parameter :: a = 0.63_wp, b = 1.8_wp
@@ -54,6 +54,8 @@ module cohesive_m
       real(wp) :: normal = 0.0_wp, shear = 0.0_wp
       !> Fracture energy spent by opening and by slip [J/m2]
       real(wp) :: spent_i = 0.0_wp, spent_ii = 0.0_wp
+      !> Work done on the point so far: what it stores, what breaking and what friction has spent [J/m2]
+      real(wp) :: work = 0.0_wp
    end type cohesive_point_t
 
 contains
@@ -159,17 +161,14 @@ contains
       !> Opening, negative when the walls overlap, and slip [m]
       real(wp), intent(in) :: opening, slip
       type(cohesive_point_t), intent(inout) :: point
-      real(wp) :: pressure, bond, peak_slip, range, tension, tension_before, shear_before, shear_stiffness, limit, spring
-      real(wp) :: damage
+      real(wp) :: pressure, bond, peak_slip, range, tension, tension_before, shear_before, shear_stiffness, limit, spring, &
+                  damage
 
       pressure = max(-law%stiffness*opening, 0.0_wp)
       call slip_limits(law, pressure, bond, peak_slip, range)
       damage = damage_at(law, max(opening, 0.0_wp), abs(slip), peak_slip, range, point%damage)
       if (damage <= 0.0_wp) then
-         point%normal = law%stiffness*opening
-         point%shear = law%stiffness*slip
-         point%opening = opening
-         point%slip = slip
+         call move_point(opening, slip, law%stiffness*opening, law%stiffness*slip, point)
          return
       end if
 
@@ -181,9 +180,6 @@ contains
       point%spent_i = point%spent_i + 0.5_wp*(tension_before - tension)*max(point%opening, 0.0_wp)*max(opening, 0.0_wp)
       point%spent_ii = point%spent_ii + 0.5_wp*(shear_before - shear_stiffness)*max(point%slip*slip, 0.0_wp)
       point%damage = damage
-      point%opening = opening
-      point%slip = slip
-      point%normal = merge(tension*opening, law%stiffness*opening, opening > 0.0_wp)
 
       ! Friction on the broken part: a spring, so stiff that spring and bond together have the penalty stiffness, and a
       ! slider that gives way at the residual friction
@@ -192,8 +188,36 @@ contains
          limit = law%residual*pressure/spring
          point%slide = max(slip - limit, min(slip + limit, point%slide))
       end if
-      point%shear = shear_stiffness*slip + spring*(slip - point%slide)
+      call move_point(opening, slip, merge(tension, law%stiffness, opening > 0.0_wp)*opening, &
+                      shear_stiffness*slip + spring*(slip - point%slide), point)
    end subroutine cohesive_update
+
+   !> Take over a new place and its stresses, and the work of the mean stresses on the way.
+   pure subroutine move_point(opening, slip, normal, shear, point)
+      real(wp), intent(in) :: opening, slip, normal, shear
+      type(cohesive_point_t), intent(inout) :: point
+
+      point%work = point%work + 0.5_wp*((point%normal + normal)*(opening - point%opening) &
+                                        + (point%shear + shear)*(slip - point%slip))
+      point%opening = opening
+      point%slip = slip
+      point%normal = normal
+      point%shear = shear
+   end subroutine move_point
+
+   !> A point of a joint that is put into rock under stress: at the stress the rock has there, nothing spent.
+   pure subroutine start_point(law, normal, shear, point)
+      type(cohesive_t), intent(in) :: law
+      !> Normal stress, tension positive, and shear stress [Pa]; not beyond the strength
+      real(wp), intent(in) :: normal, shear
+      type(cohesive_point_t), intent(out) :: point
+
+      call cohesive_update(law, normal/law%stiffness, shear/law%stiffness, point)
+      ! What the spring holds at the start was stored in the rock: it does not count as spent in the end
+      point%spent_i = -0.5_wp*max(normal, 0.0_wp)*point%opening
+      point%spent_ii = -0.5_wp*shear*point%slip
+      point%work = 0.0_wp
+   end subroutine start_point
 
    !> Damage at an opening and slip, not less than before.
    pure real(wp) function damage_at(law, opening, slip, peak_slip, range, before) result(damage)

@@ -10,7 +10,7 @@ module split_m
    implicit none
    private
 
-   public :: split_mesh, split_edges, interior_edges
+   public :: split_mesh, fracture_cuts, split_edges, interior_edges, add_cuts, node_parents
 
    !> Edges to split, one joint element each, in this order
    type, public :: cut_t
@@ -37,12 +37,26 @@ contains
       integer :: before
 
       before = errors%count()
+      call fracture_cuts(mesh, fracture_group, edges, cut, errors)
+      if (errors%count() == before) call split_edges(mesh, edges, cut, split)
+   end subroutine split_mesh
+
+   !> The edges of the mesh and those of them that the fracture groups cut, directed along their chains.
+   subroutine fracture_cuts(mesh, fracture_group, edges, cut, errors)
+      type(mesh_t), intent(in) :: mesh
+      !> Is this group a fracture? (groups)
+      logical, intent(in) :: fracture_group(:)
+      type(edge_table_t), intent(out) :: edges
+      type(cut_t), intent(out) :: cut
+      !> Fracture lines that cannot be split are added here
+      type(error_list_t), intent(inout) :: errors
+      integer :: before
+
+      before = errors%count()
       call build_edges(mesh%triangle, size(mesh%x, 2), edges)
       call find_fractures(mesh, edges, fracture_group, cut, errors)
-      if (errors%count() > before) return
-      call direct(mesh, edges, cut)
-      call split_edges(mesh, edges, cut, split)
-   end subroutine split_mesh
+      if (errors%count() == before) call direct(mesh, edges, cut)
+   end subroutine fracture_cuts
 
    !> Edges of the fracture lines. A line given twice in one group counts once.
    subroutine find_fractures(mesh, edges, fracture_group, cut, errors)
@@ -128,6 +142,35 @@ contains
       allocate (cut%group(size(cut%edge)))
       cut%group = 0
    end subroutine interior_edges
+
+   !> Add cracks to the cuts, of no group, each directed as its first triangle has it.
+   pure subroutine add_cuts(edges, chosen, cut)
+      type(edge_table_t), intent(in) :: edges
+      !> Numbers of the edges
+      integer, intent(in) :: chosen(:)
+      type(cut_t), intent(inout) :: cut
+      integer :: i
+
+      cut%node = reshape([cut%node, edges%node(:, chosen)], [2, size(cut%edge) + size(chosen)])
+      cut%edge = [cut%edge, chosen]
+      cut%group = [cut%group, [(0, i=1, size(chosen))]]
+   end subroutine add_cuts
+
+   !> Which node of a split mesh each node was before more edges were cut (nodes after the cut).
+   pure function node_parents(before, after) result(parent)
+      !> Triangles before and after (3, triangles)
+      type(split_mesh_t), intent(in) :: before, after
+      integer, allocatable :: parent(:)
+      integer :: n, t, k
+
+      ! Nodes of no triangle are in the mesh file: they keep their number
+      parent = [(n, n=1, size(after%x, 2))]
+      do t = 1, size(after%triangle, 2)
+         do k = 1, 3
+            parent(after%triangle(k, t)) = before%triangle(k, t)
+         end do
+      end do
+   end function node_parents
 
    !> Split the mesh along any set of interior edges.
    !>

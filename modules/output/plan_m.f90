@@ -22,7 +22,15 @@ contains
                    ' triangles; after splitting '//to_text(size(scene%split%x, 2))//' nodes, '// &
                    to_text(size(scene%split%joint, 2))//' joint elements on '// &
                    to_text(size(scene%topology%edge_length))//' block edges')
-      call log%say('rock      triangles share their nodes: nothing can break, so no cohesive joint elements')
+      if (.not. scene%can_break) then
+         call log%say('rock      triangles share their nodes: nothing can break, so no cohesive joint elements')
+      else
+         if (size(scene%bonds%active) > 0) call log%say('rock      '//to_text(size(scene%bonds%active))// &
+                                                        ' cohesive joint elements from the start')
+         if (scene%is_adaptive) call log%say('rock      '//to_text(count(scene%breakable > 0))// &
+                              ' edges stay whole until their stress reaches the strength (looked at every '// &
+                              to_text(scene%check_every)//' steps)')
+      end if
       if (scene%has_walls) then
          call log%say('walls     '//to_text(size(scene%walls%joint))//' joint elements in wall contact, followed along the '// &
                       'walls: no search')

@@ -12,6 +12,8 @@ module results_m
    use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
    use fields_m, only: fields_t
    use field_list_m, only: field_list_t, on_nodes, on_joints
+   use crack_results_m, only: write_cracks
+   use bonds_m, only: bond_damage
    use edge_results_m, only: edge_sums, write_edges
    use provenance_m, only: provenance_t, provenance_of
    use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash
@@ -30,6 +32,8 @@ module results_m
       character(len=:), allocatable :: directory
       type(history_t) :: history
       type(fields_t) :: fields
+      !> Joint elements of the mesh in the fields file
+      integer :: joints = 0
       type(fingerprint_t) :: fingerprint
       !> Time of the last checkpoint (clock counts)
       integer(i8) :: last_checkpoint = 0_i8
@@ -79,6 +83,7 @@ contains
       call effective_deck(self%directory//'deck.nml', scene%deck, deck_text, errors)
       if (errors%any()) return
       self%fingerprint = fingerprint_of(scene)
+      self%joints = size(scene%split%joint, 2)
       column = history_columns(scene%deck%joint%group)
       call joint_constants(scene, constant)
       provenance = provenance_of(command, deck_text)
@@ -144,6 +149,8 @@ contains
             call self%history%write_row(row(scene, state, place, unbalanced), errors)
          snapshot = stage_is_over
          if (settings%fields_every > 0) snapshot = snapshot .or. mod(place%cycle, settings%fields_every) == 0
+         if (scene%can_break .and. (snapshot .or. mod(place%cycle, settings%history_every) == 0)) &
+            call write_cracks(self%directory//'cracks.csv', scene%bonds%event, scene%deck%stage%name, errors)
          if (snapshot) then
             call write_fields(self, scene, state, place, errors)
             call write_edges(self%directory//'edges.csv', &
@@ -178,7 +185,8 @@ contains
          mean(6, :) = means(state%aperture)
          allocate (row(size(run_column) + size(mean)))
          row = [state%time, real(state%step, wp), real(place%stage, wp), real(place%cycle, wp), energy%kinetic, &
-                energy%strain, energy%contact, energy%friction, energy%damping, energy%external, energy%residual(), &
+                energy%strain, energy%contact, energy%friction, energy%fracture, energy%damping, energy%external, &
+                energy%residual(), &
                 unbalanced, mean]
       end associate
 
@@ -213,10 +221,16 @@ contains
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: place
       type(error_list_t), intent(inout) :: errors
-      type(field_list_t) :: list
+      type(field_list_t) :: list, constant
       real(wp), allocatable :: stress(:, :)
       integer :: e
 
+      if (size(scene%split%joint, 2) /= self%joints) then
+         ! Cracks have changed the mesh
+         call joint_constants(scene, constant)
+         call self%fields%set_mesh(scene%split, scene%topology%edge_of_joint, constant, errors)
+         self%joints = size(scene%split%joint, 2)
+      end if
       allocate (stress(3, size(scene%solid%area)))
       do e = 1, size(stress, 2)
          stress(:, e) = solid_stress(scene%solid, e, state%u)
@@ -233,6 +247,8 @@ contains
          call list%add('normal_stress_MPa', 'MPa', 'normal stress, compression positive', on_joints, joint%sn)
          call list%add('shear_stress_MPa', 'MPa', 'shear stress, with the sign of the slip', on_joints, joint%tau)
          call list%add('mobilised_friction', '-', 'mobilised friction coefficient (eq 33)', on_joints, joint%mu_mob)
+         if (scene%can_break) call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', &
+                                            on_joints, bond_damage(scene%bonds, size(joint)))
       end associate
       call self%fields%write(state%time, state%step, scene%deck%stage(place%stage)%name, place%cycle, list, errors)
    end subroutine write_fields

@@ -13,6 +13,9 @@ module explicit_m
    use contact_m, only: contact_energy_t
    use joints_m, only: couple_walls, couple_potential, have_stiffened
    use loads_m, only: nodal_loads, smooth_ramp
+   use bonds_m, only: hold_together, bonds_work
+   use cracks_m, only: note_cracks, overstressed_edges, cut_overstressed, describe_bonds, hold_back, restart_release, &
+                       release_factor
    use motion_m, only: move_nodes, unbalanced_ratio
    implicit none
    private
@@ -72,6 +75,8 @@ contains
       end associate
       state%energy%kinetic = kinetic_energy(state%mass, state%v)
       state%energy%strain = strain_energy(scene%solid, state%u)
+      state%energy%fracture = bonds_work(scene%bonds)
+      call describe_bonds(scene, state)
    end subroutine explicit_cycle
 
    !> Step through a move or a rest of given duration; a rest may end sooner, at equilibrium.
@@ -90,7 +95,7 @@ contains
       real(wp) :: elapsed, dt, fraction, level, motion, part
       integer(i8) :: steps_left
       integer :: since_look
-      logical :: searched
+      logical :: searched, changed
 
       if (duration <= 0.0_wp) return
       elapsed = 0.0_wp
@@ -112,9 +117,13 @@ contains
             call report_failure(scene, stage, cycle, state, dt, errors)
             return
          end if
+         changed = .false.
+         if (scene%can_break) then
+            if (mod(state%step, int(scene%check_every, i8)) == 0_i8) call let_crack(scene, level, state, changed)
+         end if
          ! After the last step there is nothing left to divide
          if (steps_left > 0_i8 .and. &
-             (searched .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint))) call fit_step()
+             (searched .or. changed .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint))) call fit_step()
          since_look = since_look + 1
          if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
          since_look = 0
@@ -161,6 +170,42 @@ contains
       end if
    end subroutine profile
 
+   !> Note what has broken and cut the edges whose stress has reached the strength. The cut changes no acceleration: what
+   !> the new bonds do not carry is held back and let go of smoothly.
+   subroutine let_crack(scene, level, state, changed)
+      type(scene_t), intent(inout) :: scene
+      !> Loads: 0 at the start of the stage, 1 at its end
+      real(wp), intent(in) :: level
+      type(state_t), intent(inout) :: state
+      !> Have mesh or contact changed, so that the stable step has to be looked at again?
+      logical, intent(out) :: changed
+      integer, allocatable :: edge(:), parent(:)
+      real(wp), allocatable :: acceleration(:, :)
+      logical :: searched
+
+      call note_cracks(scene, state, changed)
+      if (.not. scene%is_adaptive) return
+      edge = overstressed_edges(scene, state)
+      if (size(edge) == 0) return
+      changed = .true.
+      call find_forces(scene, level, state, searched)
+      acceleration = total_force(scene, state)/spread(state%mass, 1, 2)
+      call cut_overstressed(scene, state, edge, parent)
+      call restart_release(scene, state%time, parent)
+      call find_forces(scene, level, state, searched)
+      call hold_back(scene, state, parent, acceleration, total_force(scene, state))
+   end subroutine let_crack
+
+   !> All forces on the nodes but prescribed ones' reactions (2, nodes) [N per m].
+   function total_force(scene, state) result(force)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      real(wp), allocatable :: force(:, :)
+
+      force = state%solid + state%normal + state%friction + state%load
+      if (size(scene%damping_force, 2) > 0) force = force + scene%damping_force
+   end function total_force
+
    !> All nodal forces at the current displacement.
    subroutine find_forces(scene, level, state, searched)
       type(scene_t), intent(inout) :: scene
@@ -174,6 +219,11 @@ contains
       call nodal_loads(scene%loads, scene%split%x, state%u, level, state%load)
       call clear(state%solid)
       call solid_forces(scene%solid, state%u, state%solid)
+      if (scene%can_break) then
+         call hold_together(scene%bonds, scene%split%x, state%u, state%solid)
+         if (release_factor(scene, state%time) > 0.0_wp) &
+            state%solid = state%solid + release_factor(scene, state%time)*scene%release
+      end if
       if (size(scene%damping_force, 2) > 0) then
          call clear(scene%damping_force)
          call viscous_forces(scene%solid, state%u, state%v, scene%damping_force)
@@ -219,18 +269,18 @@ contains
       integer :: e
 
       searched = scene%contact%needs_search(state%u)
-      if (searched) call scene%contact%search(scene%split, state%u)
+      if (searched) call scene%contact%search(scene%exposed, state%u)
       if (scene%has_potential_joints) then
-         call scene%contact%joint_tractions(scene%split, normal, shear)
+         call scene%contact%joint_tractions(scene%exposed, normal, shear)
          call couple_potential(scene%joints, scene%solid, scene%split%x, state%u, normal, shear, state%joint, &
                                state%opening, state%aperture)
          do e = 1, size(scene%friction)
-            associate (j => scene%split%surface_joint(e))
+            associate (j => scene%exposed%surface_joint(e))
                if (j > 0) scene%friction(e) = state%joint(j)%mu_mob                                    ! (33)
             end associate
          end do
       end if
-      call scene%contact%forces(scene%split, state%u, state%v, scene%friction, state%normal, state%friction, energy)
+      call scene%contact%forces(scene%exposed, state%u, state%v, scene%friction, state%normal, state%friction, energy)
    end subroutine find_contact_forces
 
    !> Say when and where the motion has grown out of all bounds.

@@ -3,6 +3,7 @@ module group_check_m
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted, nearest_word
    use deck_m, only: deck_t
+   use fracture_group_m, only: all_rock
    use boundary_group_m, only: prescribed, prescribable, edge_loads
    use edges_m, only: edge_table_t, build_edges, find_edge
    use mesh_m, only: mesh_t, find_group, name_length
@@ -32,6 +33,10 @@ contains
       end do
       do i = 1, size(deck%joint)
          call require(deck, mesh, '&joint', deck%joint(i)%line, deck%joint(i)%group, [a_curve], errors, found)
+      end do
+      do i = 1, size(deck%fracture)
+         if (deck%fracture(i)%group == all_rock) cycle
+         call require(deck, mesh, '&fracture', deck%fracture(i)%line, deck%fracture(i)%group, [a_surface], errors, found)
       end do
       do i = 1, size(deck%boundary)
          associate (boundary => deck%boundary(i))

@@ -33,6 +33,8 @@ module joints_m
       logical, allocatable :: coupled(:), velocity_friction(:), stress_from_walls(:)
       !> Joints in wall contact (joints); the others are in potential contact
       logical, allocatable :: wall_handled(:)
+      !> Is it a bond that has not parted, whose walls are no matter of contact yet? (joints)
+      logical, allocatable :: bonded(:)
       !> Larger of normal and shear stiffness when the stable step was last computed (joints) [MPa/mm]
       real(wp), allocatable :: stiffness_then(:)
       !> Pressure and shear stress at the walls' integration points [Pa]; contact pressure of each joint (joints) [MPa]
@@ -60,6 +62,7 @@ contains
       allocate (joints%penalty(n), joints%contact_stress(n), joints%stiffness_then(n), source=0.0_wp)
       allocate (joints%coupled(n), joints%velocity_friction(n), joints%stress_from_walls(n), source=.false.)
       allocate (joints%wall_handled(n), source=.true.)
+      allocate (joints%bonded(n), source=.false.)
       allocate (joints%length(n), joints%pressure(0), joints%shear(0))
       do j = 1, n
          joints%length(j) = norm2(split%x(:, split%joint(2, j)) - split%x(:, split%joint(1, j)))

@@ -8,13 +8,15 @@ module scene_m
    use deck_m, only: deck_t
    use joint_group_m, only: joint_t
    use mesh_m, only: mesh_t, split_mesh_t, find_group
-   use split_m, only: split_mesh
+   use edges_m, only: edge_table_t
+   use split_m, only: cut_t, fracture_cuts, split_edges
    use topology_m, only: topology_t, scan_topology
    use solid_m, only: solid_t, init_solid, set_viscosity, lumped_mass, solid_stiffness_bound, solid_damping_bound
    use jcm_m, only: jcm_parameters_t, jcm_option, jcm_scale
    use coulomb_joint_m, only: coulomb_joint_t
    use joint_law_m, only: joint_law_t, joint_law_named, law_jcm, law_jcm_mean, law_coulomb
    use joints_m, only: joints_t, init_joints
+   use bonds_m, only: bonds_t
    use wall_contact_m, only: wall_contact_t, init_wall_contact, surfaces_walked
    use contact_m, only: contact_t, contact_options_t
    use friction_m, only: friction_slider, friction_velocity
@@ -31,11 +33,19 @@ module scene_m
       type(deck_t) :: deck
       !> Solver of this run
       integer :: solver = solver_explicit
+      !> The mesh as read, its edges, and those of them that are cut: fractures first, then cracks as they come
+      type(mesh_t) :: whole
+      type(edge_table_t) :: edges
+      type(cut_t) :: cut
       type(split_mesh_t) :: split
       type(topology_t) :: topology
       type(solid_t) :: solid
       type(joints_t) :: joints
       type(wall_contact_t) :: walls
+      type(bonds_t) :: bonds
+      !> The split mesh with those surface edges only that no bond holds, and their numbers in split
+      type(split_mesh_t) :: exposed
+      integer, allocatable :: exposed_edge(:)
       type(contact_t) :: contact
       !> Nodes that contact can push: all of the triangles with a node on a surface
       integer, allocatable :: touching(:)
@@ -51,13 +61,23 @@ module scene_m
       !> Cundall's local damping (0: none)
       real(wp) :: local_damping = 0.0_wp
       !> What the scene needs
-      logical :: has_walls = .false., has_contact = .false., has_potential_joints = .false.
+      logical :: has_walls = .false., has_contact = .false., has_potential_joints = .false., can_break = .false.
+      !> Index of the deck's &fracture group of each edge of the mesh as read, 0 where it cannot break (edges)
+      integer, allocatable :: breakable(:)
+      !> Are edges still to be cut where the stress asks for it? Steps between two looks at cracks
+      logical :: is_adaptive = .false.
+      integer :: check_every = 1
+      !> Forces that new cracks let go of smoothly (2, nodes) [N per m], from when and for how long [s]
+      real(wp), allocatable :: release(:, :)
+      real(wp) :: release_start = 0.0_wp, release_time = 0.0_wp
+      !> Number of the stage
+      integer :: stage = 0
    contains
       procedure :: until_balanced
       procedure :: longest_rest
    end type scene_t
 
-   public :: build_scene, begin_stage
+   public :: build_scene, begin_stage, build_nodes, build_contact, law_of, material_of
 
 contains
 
@@ -78,13 +98,15 @@ contains
       do i = 1, size(deck%joint)
          fracture(find_group(mesh%group, deck%joint(i)%group, 1)) = .true.
       end do
-      call split_mesh(mesh, fracture, scene%split, errors)
+      scene%whole = mesh
+      call fracture_cuts(mesh, fracture, scene%edges, scene%cut, errors)
       if (errors%any()) return
+      call split_edges(mesh, scene%edges, scene%cut, scene%split)
       call scan_topology(scene%split, scene%topology)
       call build_rock(scene)
+      call build_nodes(scene)
       call build_joints(scene, log)
       call build_contact(scene)
-      call find_touching(scene)
       call init_loads(scene%split, deck%boundary, scene%loads)
       call init_state(scene%mass, size(scene%split%joint, 2), state)
       call start_moving(scene, state)
@@ -105,13 +127,12 @@ contains
       end select
    end function chosen_solver
 
-   !> Triangles, masses, weights, damping.
+   !> Triangles.
    subroutine build_rock(scene)
       type(scene_t), intent(inout) :: scene
       real(wp), allocatable :: density(:), young(:), poisson(:)
-      integer :: nodes, triangles, e, m, gravity_axis
+      integer :: triangles, e, m
 
-      nodes = size(scene%split%x, 2)
       triangles = size(scene%split%triangle, 2)
       allocate (density(triangles), young(triangles), poisson(triangles))
       do e = 1, triangles
@@ -121,6 +142,21 @@ contains
          poisson(e) = scene%deck%material(m)%poisson
       end do
       call init_solid(scene%split%x, scene%split%triangle, density, young, poisson, scene%solid)
+      associate (settings => scene%deck%explicit)
+         if (settings%damping == 'viscous') call set_viscosity(scene%solid, settings%damping_factor)
+         if (settings%damping == 'local') scene%local_damping = settings%damping_factor
+      end associate
+   end subroutine build_rock
+
+   !> What belongs to the nodes of the split mesh: masses, weights, bounds for the stable step.
+   subroutine build_nodes(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: nodes, gravity_axis
+
+      nodes = size(scene%split%x, 2)
+      scene%solid%node = scene%split%triangle
+      if (allocated(scene%mass)) deallocate (scene%mass, scene%weight, scene%rock_stiffness, scene%rock_damping, &
+                                             scene%damping_force)
       allocate (scene%mass(nodes), scene%weight(2, nodes))
       call lumped_mass(scene%solid, scene%mass)
       do gravity_axis = 1, 2
@@ -128,17 +164,13 @@ contains
       end do
       allocate (scene%rock_stiffness(nodes), scene%rock_damping(nodes), source=0.0_wp)
       call solid_stiffness_bound(scene%solid, scene%rock_stiffness)
-      associate (settings => scene%deck%explicit)
-         if (settings%damping == 'viscous') then
-            call set_viscosity(scene%solid, settings%damping_factor)
-            call solid_damping_bound(scene%solid, scene%rock_damping)
-            allocate (scene%damping_force(2, nodes), source=0.0_wp)
-         else
-            allocate (scene%damping_force(2, 0))
-         end if
-         if (settings%damping == 'local') scene%local_damping = settings%damping_factor
-      end associate
-   end subroutine build_rock
+      if (scene%deck%explicit%damping == 'viscous') then
+         call solid_damping_bound(scene%solid, scene%rock_damping)
+         allocate (scene%damping_force(2, nodes), source=0.0_wp)
+      else
+         allocate (scene%damping_force(2, 0))
+      end if
+   end subroutine build_nodes
 
    !> Index of the deck's material of a triangle.
    pure integer function material_of(scene, e) result(material)
@@ -178,7 +210,7 @@ contains
          end associate
       end do
       call warn_of_guards(scene, log)
-      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls)
+      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
    end subroutine build_joints
 
    !> Contact between surfaces that no wall contact looks after.
@@ -186,8 +218,11 @@ contains
       type(scene_t), intent(inout) :: scene
       type(contact_options_t) :: options
       real(wp), allocatable :: penalty(:)
+      integer, allocatable :: walked(:)
       integer :: e
 
+      call expose(scene)
+      call find_touching(scene)
       scene%has_walls = size(scene%walls%joint) > 0
       scene%has_potential_joints = .not. all(scene%joints%wall_handled)
       associate (settings => scene%deck%contact)
@@ -199,11 +234,72 @@ contains
          do e = 1, size(penalty)
             penalty(e) = scene%deck%material(material_of(scene, e))%penalty_factor*scene%solid%young(e)
          end do
-         call scene%contact%init(scene%split, penalty, surfaces_walked(scene%walls, scene%split), options)
+         walked = surfaces_walked(scene%walls, scene%split)
+         call scene%contact%init(scene%exposed, penalty, walked(scene%exposed_edge), options, held_together(scene))
          scene%has_contact = scene%contact%possible
-         allocate (scene%friction(size(scene%split%surface, 2)), source=tan(settings%friction_angle*radians))
+         if (allocated(scene%friction)) deallocate (scene%friction)
+         allocate (scene%friction(size(scene%exposed_edge)), source=tan(settings%friction_angle*radians))
+         do e = 1, size(scene%friction)
+            associate (crack => scene%exposed%surface_joint(e) - scene%bonds%fractures)
+               if (scene%can_break .and. crack > 0) scene%friction(e) = scene%bonds%law(crack)%residual
+            end associate
+         end do
       end associate
    end subroutine build_contact
+
+   !> Leave out the surface edges that a bond holds.
+   subroutine expose(scene)
+      type(scene_t), intent(inout) :: scene
+      logical, allocatable :: keep(:)
+      integer :: e
+
+      scene%exposed = scene%split
+      keep = [(scene%split%surface_joint(e) == 0, e=1, size(scene%split%surface_joint))]
+      do e = 1, size(keep)
+         if (.not. keep(e)) keep(e) = .not. scene%joints%bonded(scene%split%surface_joint(e))
+      end do
+      scene%exposed_edge = pack([(e, e=1, size(keep))], keep)
+      associate (exposed => scene%exposed, edge => scene%exposed_edge)
+         exposed%surface = scene%split%surface(:, edge)
+         exposed%surface_triangle = scene%split%surface_triangle(edge)
+         exposed%surface_joint = scene%split%surface_joint(edge)
+         exposed%surface_side = scene%split%surface_side(edge)
+         exposed%surface_group = scene%split%surface_group(edge)
+      end associate
+   end subroutine expose
+
+   !> A number that is the same for nodes which bonds hold together or once held together: triangles that share one never
+   !> meet in the general contact (nodes).
+   function held_together(scene) result(same)
+      type(scene_t), intent(in) :: scene
+      integer, allocatable :: same(:)
+      integer :: n, b, k, low, high
+
+      same = [(n, n=1, size(scene%split%x, 2))]
+      if (.not. scene%can_break) return
+      do b = 1, size(scene%bonds%node, 2)
+         do k = 1, 2
+            low = root(scene%bonds%node(k, b))
+            high = root(scene%bonds%node(k + 2, b))
+            same(max(low, high)) = min(low, high)
+         end do
+      end do
+      do n = 1, size(same)
+         same(n) = root(n)
+      end do
+
+   contains
+
+      integer function root(node)
+         integer, intent(in) :: node
+
+         root = node
+         do while (same(root) /= root)
+            root = same(root)
+         end do
+      end function root
+
+   end function held_together
 
    !> Nodes of the triangles with a node on a surface.
    subroutine find_touching(scene)
@@ -212,8 +308,8 @@ contains
       integer :: e, n
 
       allocate (on_surface(size(scene%split%x, 2)), source=.false.)
-      do e = 1, size(scene%split%surface, 2)
-         on_surface(scene%split%surface(:, e)) = .true.
+      do e = 1, size(scene%exposed%surface, 2)
+         on_surface(scene%exposed%surface(:, e)) = .true.
       end do
       touches = on_surface
       do e = 1, size(scene%split%triangle, 2)
@@ -347,6 +443,7 @@ contains
       !> Number of the stage
       integer, intent(in) :: stage
 
+      scene%stage = stage
       call start_stage(scene%split, scene%deck%boundary, scene%deck%stage%name, stage, scene%weight, scene%loads)
       call add_pore_pressure(scene%split, scene%deck%pore_pressure, scene%deck%stage%name, stage, scene%loads)
       ! Weight that is not ramped is there from the very start

@@ -12,6 +12,7 @@ module stable_step_m
    use state_m, only: state_t
    use wall_contact_m, only: find_overlaps, wall_stiffness_bound
    use joints_m, only: joint_stiffness
+   use bonds_m, only: bonds_stiffness_bound
    implicit none
    private
 
@@ -91,6 +92,7 @@ contains
                                    scene%joints%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
       end if
       if (scene%has_contact) call scene%contact%add_stiffness(bound)
+      if (scene%can_break) call bonds_stiffness_bound(scene%bonds, bound)
       ! Local damping adds its part of the force to it while that acts against the motion
       bound = (1.0_wp + scene%local_damping)*bound
    end subroutine stiffness_bound

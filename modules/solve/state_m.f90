@@ -6,13 +6,15 @@ module state_m
    private
 
    !> Energy account, J per metre of thickness. What was put in equals what is stored and what was spent:
-   !> external = kinetic + strain + contact + friction + damping + residual
+   !> external = kinetic + strain + contact + friction + fracture + damping + residual
    type, public :: energy_t
       !> Stored now: in motion, in the rock
       real(wp) :: kinetic = 0.0_wp, strain = 0.0_wp
       !> Work done so far against normal contact forces (nearly all stored), against friction (with what the joints'
       !> shear springs hold), and against damping
       real(wp) :: contact = 0.0_wp, friction = 0.0_wp, damping = 0.0_wp
+      !> Work done so far on the cohesive joints: what broke, what rubs in them, what they store
+      real(wp) :: fracture = 0.0_wp
       !> Work done so far by loads, gravity and prescribed motion
       real(wp) :: external = 0.0_wp
       !> Kinetic and strain energy the run started with
@@ -73,7 +75,8 @@ contains
    pure real(wp) function residual(self)
       class(energy_t), intent(in) :: self
 
-      residual = self%initial + self%external - self%kinetic - self%strain - self%contact - self%friction - self%damping
+      residual = self%initial + self%external - self%kinetic - self%strain - self%contact - self%friction - self%damping &
+                 - self%fracture
    end function residual
 
 end module state_m

@@ -1,0 +1,169 @@
+!> The cohesive joints of a scene: rock that may break, edge by edge, and what is known of the cracks in it.
+module bonds_m
+   use kinds_m, only: wp
+   use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_law, strengthened, overstress, start_point
+   use bond_m, only: bond_points, bond_weight, bond_forces, bond_stiffness_bound
+   implicit none
+   private
+
+   public :: add_bonds, hold_together, bonds_stiffness_bound, bonds_work, bond_damage, is_closed, start_bond
+
+   !> A crack event: a bond that broke
+   type, public :: crack_event_t
+      !> Time [s] and number of the stage
+      real(wp) :: time = 0.0_wp
+      integer :: stage = 0
+      !> Middle of the edge [m] before any motion, its direction from x, -90 to 90 [degrees], its length [m]
+      real(wp) :: place(2) = 0.0_wp, angle = 0.0_wp, length = 0.0_wp
+      !> mode_i, mode_ii or mode_mixed of bond_m, and the energy spent [J per m of thickness]
+      integer :: mode = 0
+      real(wp) :: energy = 0.0_wp
+   end type crack_event_t
+
+   !> All bonds, in the order in which they were put in: joint elements that follow those of the fractures
+   type, public :: bonds_t
+      !> Number of joint elements on fractures; bond b is joint element fractures + b
+      integer :: fractures = 0
+      !> Nodes A, B, A', B' (4, bonds), length before any motion (bonds) [m]
+      integer, allocatable :: node(:, :)
+      real(wp), allocatable :: length(:)
+      !> Law of each bond, opening and slip it was put in with (2, points, bonds) [m], state (points, bonds)
+      type(cohesive_t), allocatable :: law(:)
+      real(wp), allocatable :: shift(:, :, :)
+      type(cohesive_point_t), allocatable :: point(:, :)
+      !> Does it still hold or press? (bonds) A bond that has parted belongs to the contact
+      logical, allocatable :: active(:)
+      !> Has its breaking been noted? (bonds)
+      logical, allocatable :: broken(:)
+      !> Index of the deck's &fracture group (bonds)
+      integer, allocatable :: setting(:)
+      !> What has broken, in the order of time
+      type(crack_event_t), allocatable :: event(:)
+   end type bonds_t
+
+contains
+
+   !> Put in bonds without stress at the end of the list.
+   subroutine add_bonds(bonds, length, law, setting)
+      type(bonds_t), intent(inout) :: bonds
+      !> Of the new bonds
+      real(wp), intent(in) :: length(:)
+      type(cohesive_t), intent(in) :: law(:)
+      integer, intent(in) :: setting(:)
+      type(cohesive_t), allocatable :: laws(:)
+      type(cohesive_point_t), allocatable :: points(:, :)
+      real(wp), allocatable :: shifts(:, :, :)
+      integer :: before, after, b
+
+      if (.not. allocated(bonds%length)) then
+         allocate (bonds%length(0), bonds%law(0), bonds%shift(2, bond_points, 0), bonds%point(bond_points, 0), &
+                   bonds%active(0), bonds%broken(0), bonds%setting(0), bonds%node(4, 0), bonds%event(0))
+      end if
+      before = size(bonds%length)
+      after = before + size(length)
+      allocate (laws(after), points(bond_points, after), shifts(2, bond_points, after))
+      shifts = 0.0_wp
+      do b = 1, before
+         laws(b) = bonds%law(b)
+         points(:, b) = bonds%point(:, b)
+         shifts(:, :, b) = bonds%shift(:, :, b)
+      end do
+      do b = before + 1, after
+         laws(b) = law(b - before)
+      end do
+      call move_alloc(laws, bonds%law)
+      call move_alloc(points, bonds%point)
+      call move_alloc(shifts, bonds%shift)
+      bonds%length = [bonds%length, length]
+      bonds%setting = [bonds%setting, setting]
+      bonds%active = [bonds%active, [(.true., b=1, size(length))]]
+      bonds%broken = [bonds%broken, [(.false., b=1, size(length))]]
+   end subroutine add_bonds
+
+   !> Let a bond start at the stress of the rock, at or within its strength: where the stress is beyond the strength, the
+   !> bond is made as strong as that, so that no force jumps. The fracture energies stay.
+   pure subroutine start_bond(bonds, b, law, normal, shear)
+      type(bonds_t), intent(inout) :: bonds
+      integer, intent(in) :: b
+      !> Law of the rock
+      type(cohesive_t), intent(in) :: law
+      !> Normal stress, tension positive, and shear stress on the edge [Pa]
+      real(wp), intent(in) :: normal, shear
+      real(wp) :: factor
+      integer :: k
+
+      factor = overstress(law, normal, shear)
+      bonds%law(b) = law
+      if (factor > 1.0_wp) bonds%law(b) = strengthened(law, strength_factor(law, normal, shear))
+      do k = 1, bond_points
+         bonds%shift(:, k, b) = [normal, shear]/law%stiffness
+         call start_point(bonds%law(b), normal, shear, bonds%point(k, b))
+      end do
+   end subroutine start_bond
+
+   !> Factor of f_t and c that brings a stress onto the strength surface.
+   pure real(wp) function strength_factor(law, normal, shear) result(factor)
+      type(cohesive_t), intent(in) :: law
+      real(wp), intent(in) :: normal, shear
+
+      if (normal > 0.0_wp) then
+         factor = overstress(law, normal, shear)
+      else
+         factor = (abs(shear) + normal*law%internal)/law%cohesion
+      end if
+   end function strength_factor
+
+   !> Add the forces of all bonds to the nodal forces.
+   subroutine hold_together(bonds, x, u, force)
+      type(bonds_t), intent(inout) :: bonds
+      !> Reference coordinates and displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      !> Nodal forces (2, nodes) [N per m of thickness]
+      real(wp), contiguous, intent(inout) :: force(:, :)
+
+      call bond_forces(bonds%active, bonds%node, bonds%length, bonds%law, bonds%shift, x, u, bonds%point, force)
+   end subroutine hold_together
+
+   !> Add the bonds' part to the nodal bounds of the stiffness (nodes) [N/m per m of thickness].
+   subroutine bonds_stiffness_bound(bonds, bound)
+      type(bonds_t), intent(in) :: bonds
+      real(wp), contiguous, intent(inout) :: bound(:)
+
+      call bond_stiffness_bound(bonds%active, bonds%node, bonds%length, bonds%law, bound)
+   end subroutine bonds_stiffness_bound
+
+   !> Work done on all bonds so far [J per m of thickness].
+   pure real(wp) function bonds_work(bonds) result(work)
+      type(bonds_t), intent(in) :: bonds
+      integer :: b
+
+      work = 0.0_wp
+      if (.not. allocated(bonds%length)) return
+      do b = 1, size(bonds%length)
+         work = work + bonds%length(b)*dot_product(bond_weight, bonds%point(:, b)%work)
+      end do
+   end function bonds_work
+
+   !> Damage of every joint element: 1 on fractures, the mean over the points of a bond (joints).
+   pure function bond_damage(bonds, joints) result(damage)
+      type(bonds_t), intent(in) :: bonds
+      !> Number of joint elements
+      integer, intent(in) :: joints
+      real(wp) :: damage(joints)
+      integer :: b
+
+      damage = 1.0_wp
+      if (.not. allocated(bonds%length)) return
+      do b = 1, size(bonds%length)
+         damage(bonds%fractures + b) = dot_product(bond_weight, bonds%point(:, b)%damage)
+      end do
+   end function bond_damage
+
+   !> Do both ends of a bond share their nodes, so that it cannot open?
+   pure logical function is_closed(node)
+      integer, intent(in) :: node(4)
+
+      is_closed = node(1) == node(3) .and. node(2) == node(4)
+   end function is_closed
+
+end module bonds_m

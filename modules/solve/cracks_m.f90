@@ -1,0 +1,344 @@
+!> Cracks: where rock may break, which edges the stress asks to be cut, what has broken, and when a crack's walls become a
+!> matter of contact.
+module cracks_m
+   use kinds_m, only: wp
+   use constants_m, only: megapascal, millimetre, radians
+   use text_m, only: to_text
+   use log_m, only: log_t
+   use fracture_group_m, only: all_rock
+   use cohesive_m, only: cohesive_t, overstress
+   use bond_m, only: bond_is_broken, bond_has_parted, bond_energy, bond_mode, bond_weight
+   use bonds_m, only: crack_event_t, start_bond, is_closed
+   use joint_kinematics_m, only: joint_frame_t, joint_kinematics
+   use joint_law_m, only: law_coulomb
+   use edges_m, only: next_corner
+   use recut_m, only: recut, renew_contact, rock_law
+   use scene_m, only: scene_t
+   use solid_m, only: solid_stress
+   use state_m, only: state_t
+   implicit none
+   private
+
+   public :: start_cracks, note_cracks, overstressed_edges, cut_overstressed, describe_bonds, hold_back, restart_release, &
+             release_factor
+
+   !> New cracks let go of the force that their bonds do not carry over this many times the time a wave takes through an
+   !> element
+   real(wp), parameter :: release_passages = 10.0_wp
+
+contains
+
+   !> Find where rock may break, and cut what is to be cut from the start.
+   subroutine start_cracks(scene, log, state)
+      type(scene_t), intent(inout) :: scene
+      type(log_t), intent(in) :: log
+      type(state_t), intent(inout) :: state
+      logical, allocatable :: at_start(:)
+      integer, allocatable :: chosen(:), parent(:)
+      integer :: e
+
+      call find_breakable(scene, at_start)
+      scene%can_break = any(scene%breakable > 0)
+      if (.not. scene%can_break) return
+      scene%bonds%fractures = size(scene%split%joint, 2)
+      scene%check_every = minval(scene%deck%fracture%check_every)
+      chosen = pack([(e, e=1, size(at_start))], at_start)
+      call recut(scene, state, chosen, parent)
+      scene%breakable(chosen) = 0
+      scene%is_adaptive = any(scene%breakable > 0)
+      allocate (scene%release(2, size(state%mass)), source=0.0_wp)
+      call warn_of_bonds(scene, log)
+   end subroutine start_cracks
+
+   !> Which &fracture each edge of the mesh follows, and whether it is cut from the start.
+   subroutine find_breakable(scene, at_start)
+      type(scene_t), intent(inout) :: scene
+      logical, allocatable, intent(out) :: at_start(:)
+      integer :: e, k, of(2), chosen
+      character(len=:), allocatable :: insertion
+
+      allocate (scene%breakable(size(scene%edges%triangles)), source=0)
+      allocate (at_start(size(scene%edges%triangles)), source=.false.)
+      if (size(scene%deck%fracture) == 0) return
+      do e = 1, size(scene%breakable)
+         if (scene%edges%triangles(e) /= 2) cycle
+         do k = 1, 2
+            of(k) = fracture_of(scene, scene%edges%triangle(k, e))
+         end do
+         ! Between two kinds of rock the weaker breaks; an edge of a surface to rock that cannot break belongs to
+         ! 'everywhere' only
+         if (all(of > 0)) then
+            chosen = of(1)
+            if (scene%deck%fracture(of(2))%tensile_strength < scene%deck%fracture(of(1))%tensile_strength) chosen = of(2)
+         else
+            chosen = maxval(of)
+            if (chosen == 0) cycle
+            if (scene%deck%fracture(chosen)%insertion /= 'everywhere') cycle
+         end if
+         insertion = trim(scene%deck%fracture(chosen)%insertion)
+         if (insertion == 'none') cycle
+         scene%breakable(e) = chosen
+         at_start(e) = insertion /= 'adaptive'
+      end do
+      scene%breakable(scene%cut%edge) = 0
+      at_start(scene%cut%edge) = .false.
+   end subroutine find_breakable
+
+   !> Index of the &fracture group of a triangle: that of its surface before that of all rock; 0: none.
+   pure integer function fracture_of(scene, triangle) result(fracture)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: triangle
+      integer :: i
+
+      fracture = 0
+      do i = 1, size(scene%deck%fracture)
+         if (fracture == 0 .and. scene%deck%fracture(i)%group == all_rock) fracture = i
+      end do
+      do i = 1, size(scene%deck%fracture)
+         if (scene%deck%fracture(i)%group == scene%split%group(scene%split%triangle_group(triangle))%name) fracture = i
+      end do
+   end function fracture_of
+
+   !> Say when the stiffness of the bonds is too low for the fracture energies.
+   subroutine warn_of_bonds(scene, log)
+      type(scene_t), intent(in) :: scene
+      type(log_t), intent(in) :: log
+      integer :: soft
+
+      soft = count(.not. scene%bonds%law%sound)
+      if (soft > 0) call log%warn(to_text(soft)//' of '//to_text(size(scene%bonds%law))//' cohesive joints store more energy '// &
+                                  'up to their strength than breaking them takes: larger penalty_factor or smaller elements')
+   end subroutine warn_of_bonds
+
+   !> Look at the bonds: note those that have broken, hand those that have parted to the contact.
+   subroutine note_cracks(scene, state, changed)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      !> Has the contact changed?
+      logical, intent(out) :: changed
+      integer :: b, n
+
+      changed = .false.
+      do b = 1, size(scene%bonds%active)
+         if (.not. scene%bonds%active(b)) cycle
+         if (.not. bond_is_broken(scene%bonds%point(:, b))) cycle
+         if (.not. scene%bonds%broken(b)) call note_event(scene, state%time, b)
+         if (.not. bond_has_parted(scene%bonds%point(:, b))) cycle
+         ! A law with a closure of its own can only take over walls that do not press on each other
+         if (scene%joints%law(scene%bonds%fractures + b)%kind /= law_coulomb .and. &
+             any(scene%bonds%point(:, b)%normal < 0.0_wp)) cycle
+         call hand_over(scene, state, b)
+         changed = .true.
+      end do
+      if (changed) call renew_contact(scene, [(n, n=1, size(state%mass))], state)
+   end subroutine note_cracks
+
+   !> Note that a bond broke.
+   subroutine note_event(scene, time, b)
+      type(scene_t), intent(inout) :: scene
+      real(wp), intent(in) :: time
+      integer, intent(in) :: b
+      type(crack_event_t) :: event
+      real(wp) :: along(2), energy(2)
+
+      associate (x => scene%split%x, node => scene%bonds%node(:, b))
+         along = x(:, node(2)) - x(:, node(1))
+         event%place = 0.5_wp*(x(:, node(1)) + x(:, node(2)))
+      end associate
+      if (along(1) < 0.0_wp) along = -along
+      event%angle = atan2(along(2), along(1))/radians
+      event%time = time
+      event%stage = scene%stage
+      event%length = scene%bonds%length(b)
+      energy = bond_energy(event%length, scene%bonds%point(:, b))
+      event%mode = bond_mode(energy)
+      event%energy = sum(energy)
+      scene%bonds%event = [scene%bonds%event, event]
+      scene%bonds%broken(b) = .true.
+   end subroutine note_event
+
+   !> A bond has parted: its walls go to the contact with the stresses they have.
+   subroutine hand_over(scene, state, b)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      integer, intent(in) :: b
+      integer :: j
+
+      j = scene%bonds%fractures + b
+      call describe_bond(scene, state, b)
+      scene%bonds%active(b) = .false.
+      scene%joints%bonded(j) = .false.
+      scene%joints%contact_stress(j) = state%joint(j)%sn
+      state%joint(j)%u_max = abs(state%joint(j)%u)
+   end subroutine hand_over
+
+   !> Let the joint elements of the bonds show what the bonds feel: slip, opening, stresses.
+   subroutine describe_bonds(scene, state)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
+      integer :: b
+
+      if (.not. scene%can_break) return
+      do b = 1, size(scene%bonds%active)
+         if (scene%bonds%active(b)) call describe_bond(scene, state, b)
+      end do
+   end subroutine describe_bonds
+
+   subroutine describe_bond(scene, state, b)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
+      integer, intent(in) :: b
+      type(joint_frame_t) :: frame
+
+      associate (node => scene%bonds%node(:, b), point => scene%bonds%point(:, b), j => scene%bonds%fractures + b)
+         frame = joint_kinematics(scene%split%x(:, node), state%u(:, node))
+         state%joint(j)%u = frame%shear/millimetre
+         state%joint(j)%tau = dot_product(bond_weight, point%shear)/megapascal
+         state%joint(j)%sn = max(0.0_wp, -dot_product(bond_weight, point%normal))/megapascal
+         state%opening(j) = frame%opening/millimetre
+         state%aperture(j) = max(0.0_wp, state%opening(j))
+      end associate
+   end subroutine describe_bond
+
+   !> Edges whose stress, the mean of the two triangles beside them, has reached the strength.
+   function overstressed_edges(scene, state) result(edge)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      integer, allocatable :: edge(:)
+      type(cohesive_t) :: rock(size(scene%deck%fracture))
+      logical, allocatable :: over(:)
+      real(wp), allocatable :: stress(:, :)
+      real(wp) :: normal, shear
+      integer :: e, t
+
+      rock%tensile_strength = scene%deck%fracture%tensile_strength
+      rock%cohesion = scene%deck%fracture%cohesion
+      rock%internal = tan(scene%deck%fracture%friction_angle*radians)
+      allocate (stress(3, size(scene%split%triangle, 2)), over(size(scene%breakable)))
+      do t = 1, size(stress, 2)
+         stress(:, t) = solid_stress(scene%solid, t, state%u)
+      end do
+      over = .false.
+      do e = 1, size(over)
+         if (scene%breakable(e) == 0) cycle
+         associate (beside => scene%edges%triangle(:, e))
+            call stress_across(scene, state, e, 0.5_wp*(stress(:, beside(1)) + stress(:, beside(2))), normal, shear)
+         end associate
+         over(e) = overstress(rock(scene%breakable(e)), normal, shear) >= 1.0_wp
+      end do
+      edge = pack([(e, e=1, size(over))], over)
+   end function overstressed_edges
+
+   !> Normal stress, tension positive, and shear stress across an edge, along j and i of its joint element [Pa].
+   pure subroutine stress_across(scene, state, e, stress, normal, shear)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      !> Edge of the mesh as read
+      integer, intent(in) :: e
+      !> Stress sxx, syy, sxy, tension positive [Pa]
+      real(wp), intent(in) :: stress(3)
+      real(wp), intent(out) :: normal, shear
+      real(wp) :: i(2), j(2), traction(2)
+      integer :: k, a, b
+
+      ! The edge as the triangle on its left has it
+      associate (t => scene%edges%triangle(1, e))
+         k = 1
+         do while (scene%whole%triangle(k, t) /= scene%edges%node(1, e))
+            k = k + 1
+         end do
+         a = scene%split%triangle(k, t)
+         b = scene%split%triangle(next_corner(k), t)
+      end associate
+      i = (scene%split%x(:, b) - scene%split%x(:, a)) + (state%u(:, b) - state%u(:, a))
+      i = i/norm2(i)
+      j = [-i(2), i(1)]
+      traction = [stress(1)*j(1) + stress(3)*j(2), stress(3)*j(1) + stress(2)*j(2)]
+      normal = dot_product(traction, j)
+      shear = dot_product(traction, i)
+   end subroutine stress_across
+
+   !> Cut edges and let their bonds start at the stress of the rock. So do bonds that could not open until now: what they
+   !> were put in with is no longer true.
+   subroutine cut_overstressed(scene, state, edge, parent)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      !> Edges of the mesh as read
+      integer, intent(in) :: edge(:)
+      !> Node that each node was before (nodes)
+      integer, allocatable, intent(out) :: parent(:)
+      logical, allocatable :: fresh(:)
+      real(wp) :: normal, shear
+      integer :: b, e, before
+
+      before = size(scene%bonds%active)
+      allocate (fresh(before + size(edge)), source=.true.)
+      do b = 1, before
+         fresh(b) = is_closed(scene%bonds%node(:, b))
+      end do
+      call recut(scene, state, edge, parent)
+      scene%breakable(edge) = 0
+      do b = 1, size(fresh)
+         if (.not. fresh(b)) cycle
+         e = scene%cut%edge(scene%bonds%fractures + b)
+         associate (beside => scene%edges%triangle(:, e))
+            call stress_across(scene, state, e, 0.5_wp*(solid_stress(scene%solid, beside(1), state%u) + &
+                                                        solid_stress(scene%solid, beside(2), state%u)), normal, shear)
+         end associate
+         call start_bond(scene%bonds, b, rock_law(scene, scene%bonds%fractures + b, scene%bonds%setting(b)), normal, shear)
+      end do
+   end subroutine cut_overstressed
+
+   !> Hold back the forces that new cuts would set free at once, and let go of them over some passages of a wave through
+   !> an element: so the acceleration of no node jumps.
+   subroutine hold_back(scene, state, parent, acceleration, force)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(in) :: state
+      !> Node that each node was before the cut (nodes)
+      integer, intent(in) :: parent(:)
+      !> Acceleration before the cut (2, nodes before) [m/s2], force after it, with what is held back already (2, nodes) [N/m]
+      real(wp), intent(in) :: acceleration(:, :), force(:, :)
+      integer :: copies(size(acceleration, 2)), n
+
+      copies = 0
+      do n = 1, size(parent)
+         copies(parent(n)) = copies(parent(n)) + 1
+      end do
+      do n = 1, size(parent)
+         if (copies(parent(n)) > 1) scene%release(:, n) = scene%release(:, n) + state%mass(n)*acceleration(:, parent(n)) &
+                                                          - force(:, n)
+      end do
+   end subroutine hold_back
+
+   !> What is left to let go of at the present time goes to the copies of the nodes as one; the clock starts again.
+   subroutine restart_release(scene, time, parent)
+      type(scene_t), intent(inout) :: scene
+      real(wp), intent(in) :: time
+      integer, intent(in) :: parent(:)
+      real(wp) :: left(2, size(scene%release, 2))
+      integer :: copies(size(scene%release, 2)), n
+
+      left = scene%release*release_factor(scene, time)
+      copies = 0
+      do n = 1, size(parent)
+         copies(parent(n)) = copies(parent(n)) + 1
+      end do
+      deallocate (scene%release)
+      allocate (scene%release(2, size(parent)), source=0.0_wp)
+      do n = 1, size(parent)
+         if (copies(parent(n)) == 1) scene%release(:, n) = left(:, parent(n))
+      end do
+      scene%release_start = time
+      scene%release_time = release_passages*maxval(scene%solid%height*sqrt(scene%solid%density/scene%solid%young))
+   end subroutine restart_release
+
+   !> Part of the forces held back that still acts.
+   pure real(wp) function release_factor(scene, time) result(factor)
+      type(scene_t), intent(in) :: scene
+      real(wp), intent(in) :: time
+
+      factor = 0.0_wp
+      if (scene%release_time > 0.0_wp) factor = max(0.0_wp, 1.0_wp - (time - scene%release_start)/scene%release_time)
+   end function release_factor
+
+end module cracks_m
