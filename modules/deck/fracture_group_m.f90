@@ -38,6 +38,8 @@ module fracture_group_m
       real(wp) :: crack_friction_angle = unset
       !> Fracture group whose &joint gives the law of new cracks; empty: Coulomb friction with crack_friction_angle
       character(len=name_length) :: crack_joint = ''
+      !> Part of the strength at which an edge is cut (adaptive)
+      real(wp) :: insertion_level = 0.7_wp
       !> Steps between two looks at the stress (adaptive)
       integer :: check_every = 10
    end type fracture_t
@@ -53,6 +55,7 @@ module fracture_group_m
                                   variable_t('penalty_factor', a_number), &
                                   variable_t('crack_friction_angle', a_number), &
                                   variable_t('crack_joint', a_name), &
+                                  variable_t('insertion_level', a_number), &
                                   variable_t('check_every', a_count)]
    character(len=*), parameter :: insertions(*) = ['none      ', 'regions   ', 'adaptive  ', 'everywhere']
 
@@ -93,6 +96,7 @@ contains
       call check_range(errors, slice, 'g_ii', fracture%g_ii, above=0.0_wp, required=.true.)
       call check_range(errors, slice, 'penalty_factor', fracture%penalty_factor, above=0.0_wp)
       call check_range(errors, slice, 'crack_friction_angle', fracture%crack_friction_angle, least=0.0_wp, below=right_angle)
+      call check_range(errors, slice, 'insertion_level', fracture%insertion_level, above=0.0_wp, most=1.0_wp)
       call check_least(errors, slice, 'check_every', fracture%check_every, 1)
       call check_cut_off(slice, fracture, errors)
       if (.not. is_set(fracture%crack_friction_angle)) fracture%crack_friction_angle = fracture%friction_angle
@@ -128,6 +132,7 @@ contains
       call put(unit, 'penalty_factor', fracture%penalty_factor)
       call put(unit, 'crack_friction_angle', fracture%crack_friction_angle)
       call put(unit, 'crack_joint', fracture%crack_joint)
+      call put(unit, 'insertion_level', fracture%insertion_level)
       call put(unit, 'check_every', fracture%check_every)
       call end_group(unit)
    end subroutine write_fracture
