@@ -24,6 +24,8 @@ module wall_contact_m
    real(wp), parameter :: least_overlap = 1.0e-9_wp
    !> Walls that have passed through each other by more than this part of an edge are not in contact but lost
    real(wp), parameter :: deepest = 1.0_wp
+   !> The same for the walls of new cracks, whose fragments may go anywhere: beyond it they never were in contact here
+   real(wp), parameter :: deepest_crack = 1.0e-3_wp
    !> Longest walk along the opposite surface in one step (edges)
    integer, parameter :: longest_walk = 64
 
@@ -39,6 +41,8 @@ module wall_contact_m
       logical :: moved_on = .false.
       !> Current length of each wall edge (walls) [m]; its tangent, i of an upper wall, -i of a lower one (2, walls)
       real(wp), allocatable :: length(:), tangent(:, :)
+      !> Overlap over its length beyond which a wall edge is not in contact (walls)
+      real(wp), allocatable :: deepest(:)
       !> Integration points: number, wall edge, four nodes (A', B', p, q)
       integer :: points = 0
       integer, allocatable :: wall(:), point_node(:, :)
@@ -70,6 +74,7 @@ contains
       if (present(bonded)) closed = bonded
       n = count(handled .and. .not. closed)
       walls%joint = pack([(j, j=1, size(handled))], handled .and. .not. closed)
+      walls%deepest = merge(deepest, deepest_crack, split%joint_group(walls%joint) > 0)
       walls%surface = split%surface
       allocate (walls%length(n), walls%tangent(2, n), source=0.0_wp)
       allocate (edge_of(2, size(handled)), source=0)
@@ -434,7 +439,7 @@ contains
          eta = (to - xi)/(to - from)
          ! The outward normal of a wall is its tangent turned clockwise
          gap = dot_product(p + eta*(q - p) - a - xi*(b - a), [t(2), -t(1)])
-         if (gap < -deepest*length) cycle
+         if (gap < -walls%deepest(w)*length) cycle
          k = walls%points + 1
          walls%points = k
          walls%wall(k) = w

@@ -107,6 +107,7 @@ contains
          level = (real(cycle - 1, wp) + part)/real(scene%deck%stage(stage)%cycles, wp)
          call find_forces(scene, level, state, searched)
          call move_nodes(scene%loads, motion, scene%local_damping, dt, scene%damping_force, state)
+         if (scene%can_break) call account_release(scene, dt, state)
          elapsed = elapsed + dt
          state%time = state%time + dt
          state%step = state%step + 1_i8
@@ -195,6 +196,18 @@ contains
       call find_forces(scene, level, state, searched)
       call hold_back(scene, state, parent, acceleration, total_force(scene, state))
    end subroutine let_crack
+
+   !> What letting go of the forces of new cracks takes out of the motion counts as damping.
+   subroutine account_release(scene, dt, state)
+      type(scene_t), intent(in) :: scene
+      !> Step just done [s]
+      real(wp), intent(in) :: dt
+      type(state_t), intent(inout) :: state
+      real(wp) :: factor
+
+      factor = release_factor(scene, state%time)
+      if (factor > 0.0_wp) state%energy%damping = state%energy%damping - factor*dt*sum(scene%release*state%v)
+   end subroutine account_release
 
    !> All forces on the nodes but prescribed ones' reactions (2, nodes) [N per m].
    function total_force(scene, state) result(force)
