@@ -70,6 +70,9 @@ contains
                                                               'friction = ''velocity'''//instead//'''slider''')
          end associate
       end do
+      do i = 1, size(deck%fracture)
+         call errors%add(at(deck, deck%fracture(i)%line, 'fracture')//'rock that can break'//instead//'solver = ''explicit''')
+      end do
       do i = 1, size(deck%initial)
          call errors%add(at(deck, deck%initial(i)%line, 'initial')//'initial velocities'//instead//'solver = ''explicit''')
       end do

@@ -7,7 +7,7 @@
 !> iterations converge with it (anderson_m), and made anew when they don't.
 module implicit_m
    use kinds_m, only: wp, i8
-   use constants_m, only: megapascal_per_millimetre
+   use constants_m, only: unset
    use errors_m, only: error_list_t
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
@@ -269,7 +269,7 @@ contains
          end if
          fresh = slow .or. .not. self%factored
          if (fresh) then
-            call renew_matrix(self, scene, state, residual, regular)
+            call renew_matrix(self, scene, increment%level, state, residual, regular)
             if (.not. regular) return
          end if
          call correction(self, residual, increment%longest, step, regular)
@@ -351,9 +351,11 @@ contains
    end subroutine search_line
 
    !> Assemble and factor the matrix of the present state, on a new pattern where walls have slid out of the old one.
-   subroutine renew_matrix(self, scene, state, residual, regular)
+   subroutine renew_matrix(self, scene, increment_level, state, residual, regular)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
+      !> Loads, 0 to 1 over the stage
+      real(wp), intent(in) :: increment_level
       type(state_t), intent(in) :: state
       !> Unbalanced force (unknowns)
       real(wp), intent(in) :: residual(:)
@@ -361,10 +363,10 @@ contains
       integer :: status
       logical :: outside
 
-      call assemble(scene, state, self%system, outside)
+      call assemble(scene, increment_level, state, self%system, outside)
       if (outside) then
          call lay_out(self, scene, state)
-         call assemble(scene, state, self%system, outside)
+         call assemble(scene, increment_level, state, self%system, outside)
       end if
       self%diagonal = diagonal_of(self%system)
       if (self%weak_springs) then
@@ -378,8 +380,10 @@ contains
    end subroutine renew_matrix
 
    !> Tangent stiffness of rock, walls and follower pressure.
-   subroutine assemble(scene, state, system, outside)
+   subroutine assemble(scene, level, state, system, outside)
       type(scene_t), intent(in) :: scene
+      !> Loads, 0 to 1 over the stage
+      real(wp), intent(in) :: level
       type(state_t), intent(in) :: state
       type(sparse_system_t), intent(inout) :: system
       !> Is the pattern too small?
@@ -398,6 +402,9 @@ contains
             end associate
          end do
       end do
+      do e = 1, size(scene%loads%pressure_surface)
+         call add_block(system, scene%loads%pressure_edge(:, e), pressure_stiffness(scene, e, level), outside)
+      end do
       if (.not. scene%has_walls) return
       call points_of_walls(scene%walls, first)
       do w = 1, size(scene%walls%joint)
@@ -406,6 +413,27 @@ contains
          call add_block(system, element%node(:element%nodes), element%stiffness, outside)
       end do
    end subroutine assemble
+
+   !> Stiffness of a follower pressure, which turns and lengthens with its edge: minus the derivative of its nodal forces.
+   pure function pressure_stiffness(scene, e, level) result(stiffness)
+      type(scene_t), intent(in) :: scene
+      !> Loaded edge
+      integer, intent(in) :: e
+      real(wp), intent(in) :: level
+      !> Components x, y of the edge's start and end (4, 4) [N/m per m of thickness]
+      real(wp) :: stiffness(4, 4)
+      real(wp) :: half
+
+      associate (start => scene%loads%pressure_start(e), finish => scene%loads%pressure_end(e))
+         half = 0.5_wp*(start + level*(finish - start))
+      end associate
+      ! Each end is pushed by half*[-along_y, along_x], along = end - start
+      stiffness = 0.0_wp
+      stiffness([1, 3], 2) = -half
+      stiffness([2, 4], 1) = half
+      stiffness([1, 3], 4) = half
+      stiffness([2, 4], 3) = -half
+   end function pressure_stiffness
 
    !> Diagonal of the matrix.
    pure function diagonal_of(system) result(diagonal)
@@ -560,6 +588,8 @@ contains
 
       state = increment%start
       scene%walls%facing = increment%facing
+      ! The loads are no longer those of the last call
+      scene%loads%level_then = unset
       self%factored = .false.
       self%part = 0.5_wp*self%part
    end subroutine give_up_increment
