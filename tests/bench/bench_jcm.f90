@@ -1,13 +1,17 @@
-!> How many joint elements a second jcm_update advances, on one thread. Not a test: it prints, nothing is asserted.
+!> Joint updates a second of processor time, on one thread. Not a test: it prints, nothing is asserted.
+!> Writes bench_jcm.csv (path of the joint, updates_per_second) and the same as a table.
 program bench_jcm
-   use, intrinsic :: iso_fortran_env, only: int64, output_unit
+   use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds_m, only: wp
    use jcm_m, only: jcm_parameters_t, jcm_edge_t, joint_point_t, jcm_scale, jcm_update, post_peak_eq16
    implicit none
 
    integer, parameter :: joints = 1000, rounds = 2000
    type(jcm_edge_t) :: edge
+   integer :: unit
 
+   open (newunit=unit, file='bench_jcm.csv', action='write', status='replace')
+   write (unit, '(a)') 'path,updates_per_second'
    edge = jcm_scale(limestone(), 1.0_wp)
    print '(a)', 'JCM updates, million a second (one thread)'
    call measure('loading, stress changing', 1.0e-4_wp, 1.0e-3_wp, 0, edge)
@@ -16,6 +20,7 @@ program bench_jcm
    call measure('back and forth after the peak', 1.0e-2_wp, 1.0e-3_wp, rounds/2, edge)
    call measure('open', 1.0e-4_wp, -10.0_wp, 0, edge)
    call measure('at rest', 0.0_wp, 0.0_wp, 0, edge)
+   close (unit)
 
 contains
 
@@ -41,13 +46,12 @@ contains
       type(jcm_edge_t), intent(in) :: edge
       real(wp), parameter :: stress = 5.0_wp, million = 1.0e6_wp
       type(joint_point_t), allocatable :: state(:)
-      integer(int64) :: start, finish, rate
       integer :: round, joint
-      real(wp) :: slip, sn, seconds
+      real(wp) :: slip, sn, start, finish, seconds
 
       allocate (state(joints))
       slip = du
-      call system_clock(start, rate)
+      call cpu_time(start)
       do round = 1, rounds
          sn = stress + dsn*real(modulo(round, 2), wp)
          if (dsn < -stress) sn = stress + dsn
@@ -58,8 +62,9 @@ contains
             call jcm_update(edge, slip, sn, state(joint))
          end do
       end do
-      call system_clock(finish)
-      seconds = real(finish - start, wp)/real(rate, wp)
+      call cpu_time(finish)
+      seconds = finish - start
+      write (unit, '("""", a, """,", es12.5)') what, real(joints*rounds, wp)/seconds
       write (output_unit, '(2x, a, t32, f8.1, 4x, a, es12.4)') what, real(joints*rounds, wp)/seconds/million, &
          &'tau [MPa]', state(joints)%tau
    end subroutine measure
