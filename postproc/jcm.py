@@ -1,6 +1,7 @@
 """The empirical joint law (equations 5 to 22 of the theory page) in numpy, written apart from the solver.
 
-Reference curves of the figures come from here, so that a figure compares two independent programs. Stresses are in MPa,
+Reference curves of the figures come from here, so that a figure compares two independent programs. Where the law ends, the
+guards of the theory page hold here too, and `guards` names those that act. Stresses are in MPa,
 displacements in mm, angles in degrees and lengths in m, as in the equations.
 
     joint = Joint(jrc0=15, jcs0=2, l0=0.06, phi_r=32, length=0.12)
@@ -19,6 +20,12 @@ METRES = 1e-3  # in a millimetre
 # Intervals in which eq 18 is integrated: the error of the trapezoidal rule is then below 1e-7 mm
 INTERVALS_TO_PEAK = 4000
 INTERVALS_AFTER_PEAK = 40000
+# Guards (section 7 of the theory page): closure, as a share of vm, beyond which eq 5 goes on along its tangent; floors of
+# vm as a share of a0, of kn0 [MPa/mm] and of a0 [mm]; largest log10(JCSn/sn); largest angle a tangent is taken of
+CLOSURE_LIMIT = 0.99
+LEAST_CLOSURE_SHARE, LEAST_STIFFNESS, LEAST_APERTURE = 0.05, 0.1, 0.01
+WIDEST_LOGARITHM = 6.0
+STEEPEST = 89.0
 
 
 @dataclass
@@ -46,6 +53,7 @@ class Joint:
             self.sigma_c = self.jcs0
         if self.a0 is None:
             self.a0 = self.jrc0 / 5 * (0.2 * self.sigma_c / self.jcs0 - 0.1)  # eq 10
+        self.a0 = max(self.a0, LEAST_APERTURE)
 
     @property
     def effective_length(self):
@@ -65,33 +73,70 @@ class Joint:
     @property
     def initial_stiffness(self):
         """kn0 [MPa/mm]"""
-        return -7.15 + 1.75 * self.jrcn + 0.02 * self.jcsn / self.a0  # eq 6
+        return max(self._fitted_stiffness, LEAST_STIFFNESS)
 
     @property
     def largest_closure(self):
         """vm [mm]"""
+        return max(self._fitted_closure, LEAST_CLOSURE_SHARE * self.a0)
+
+    @property
+    def _fitted_stiffness(self):
+        return -7.15 + 1.75 * self.jrcn + 0.02 * self.jcsn / self.a0  # eq 6
+
+    @property
+    def _fitted_closure(self):
         return -0.1032 - 0.0074 * self.jrcn + 1.1350 * (self.jcsn / self.a0) ** -0.2510  # eq 7
+
+    @property
+    def _limit(self):
+        """Stress [MPa] at the closure limit, and stiffness [MPa/mm] beyond it"""
+        kn0, vm = self.initial_stiffness, self.largest_closure
+        return kn0 * vm * CLOSURE_LIMIT / (1 - CLOSURE_LIMIT), kn0 / (1 - CLOSURE_LIMIT) ** 2
 
     def closure(self, normal_stress):
         """Closure [mm] under a normal stress [MPa]"""
         sn = np.asarray(normal_stress, dtype=float)
         kn0, vm = self.initial_stiffness, self.largest_closure
-        return sn * vm / (kn0 * vm + sn)  # eq 5b
+        limit, beyond = self._limit
+        bounded = np.minimum(sn, limit)
+        return bounded * vm / (kn0 * vm + bounded) + (sn - bounded) / beyond  # eq 5b
 
     def normal_stress(self, closure):
         """Normal stress [MPa] of a closure [mm]"""
         v = np.asarray(closure, dtype=float)
-        return self.initial_stiffness * v / (1 - v / self.largest_closure)  # eq 5a
+        vm = self.largest_closure
+        bounded = np.minimum(v, CLOSURE_LIMIT * vm)
+        return self.initial_stiffness * bounded / (1 - bounded / vm) + (v - bounded) * self._limit[1]  # eq 5a
 
     # ---- Shear ------------------------------------------------------------------------------------------------
 
+    @property
+    def _largest_logarithm(self):
+        """log10(JCSn/sn) at which the total angle reaches its cap"""
+        room = max(0.0, min(self.max_angle, STEEPEST) - self.phi_r)
+        return room / self.jrcn if self.jrcn * WIDEST_LOGARITHM > room else WIDEST_LOGARITHM
+
     def _logarithm(self, normal_stress):
-        """log10(JCSn/sn), zero where the stress exceeds the strength of the walls"""
-        return np.maximum(np.log10(self.jcsn / np.asarray(normal_stress, dtype=float)), 0.0)
+        """log10(JCSn/sn): zero where the stress exceeds the strength of the walls, held where the angle is capped"""
+        log = np.log10(self.jcsn / np.asarray(normal_stress, dtype=float))
+        return np.clip(log, 0.0, self._largest_logarithm)
 
     def _roughness_angle(self, normal_stress):
-        """JRCn log10(JCSn/sn) [degrees], so that with phi_r it does not exceed the largest angle"""
-        return np.minimum(self.jrcn * self._logarithm(normal_stress), self.max_angle - self.phi_r)
+        """JRCn log10(JCSn/sn) [degrees]"""
+        return self.jrcn * self._logarithm(normal_stress)
+
+    def guards(self, normal_stress):
+        """Names of the guards that act under a normal stress [MPa]: outside the validity of the law if any."""
+        log = np.log10(self.jcsn / normal_stress)
+        acting = {
+            "angle capped": log > self._largest_logarithm,
+            "sn >= JCSn": log <= 0,
+            "vm floored": self._fitted_closure < LEAST_CLOSURE_SHARE * self.a0,
+            "kn0 floored": self._fitted_stiffness < LEAST_STIFFNESS,
+            "closure > 0.99 vm": normal_stress > self._limit[0],
+        }
+        return [name for name, acts in acting.items() if acts]
 
     def peak_displacement(self, normal_stress):
         """up [mm]"""
@@ -99,9 +144,9 @@ class Joint:
         if self.peak == "eq14":
             up = length / 500 * (self.jrcn / length) ** 0.33  # eq 14
             return up / METRES + 0.0 * np.asarray(normal_stress, dtype=float)
-        sn = np.asarray(normal_stress, dtype=float)
-        angle = np.radians(self._roughness_angle(sn))
-        return 0.0077 * length**0.45 * (sn / self.jcsn) ** 0.34 * np.cos(angle) / METRES  # eq 15
+        log = self._logarithm(normal_stress)
+        angle = np.radians(self.jrcn * log)
+        return 0.0077 * length**0.45 * 10.0 ** (-0.34 * log) * np.cos(angle) / METRES  # eq 15
 
     def mobilised_ratio(self, ratio):
         """JRCmob/JRCn against u/up from the start of the roughness on (0 before)"""
