@@ -63,17 +63,18 @@ contains
       !> Joints whose walls are in wall contact (joints)
       logical, intent(in) :: handled(:)
       type(wall_contact_t), intent(out) :: walls
-      !> Joints whose walls are still bonded and no surface yet; none when not given (joints)
+      !> Joints whose walls are still bonded and no surface yet (joints); none when not given
       logical, intent(in), optional :: bonded(:)
       !> Surface edge of the lower and upper wall of each joint (joints)
       integer, allocatable :: edge_of(:, :)
-      logical :: closed(size(handled))
+      logical :: whole(size(handled)), touching(size(handled))
       integer :: j, e, n, w
 
-      closed = .false.
-      if (present(bonded)) closed = bonded
-      n = count(handled .and. .not. closed)
-      walls%joint = pack([(j, j=1, size(handled))], handled .and. .not. closed)
+      whole = .false.
+      if (present(bonded)) whole = bonded
+      touching = handled .and. .not. whole
+      n = count(touching)
+      walls%joint = pack([(j, j=1, size(handled))], touching)
       walls%deepest = merge(deepest, deepest_crack, split%joint_group(walls%joint) > 0)
       walls%surface = split%surface
       allocate (walls%length(n), walls%tangent(2, n), source=0.0_wp)
@@ -82,8 +83,8 @@ contains
          if (split%surface_joint(e) == 0) cycle
          edge_of(merge(1, 2, split%surface_side(e) < 0), split%surface_joint(e)) = e
       end do
-      call continue_straight(split, closed, walls%before, walls%after)
-      call choose_sides(walls, split, handled .and. .not. closed, edge_of)
+      call continue_straight(split, whole, walls%before, walls%after)
+      call choose_sides(walls, split, touching, edge_of)
       allocate (walls%node(2, n), walls%facing(n))
       do w = 1, n
          associate (edges => edge_of(:, walls%joint(w)))

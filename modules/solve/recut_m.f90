@@ -171,14 +171,23 @@ contains
       type(state_t), intent(in) :: state
       type(wall_contact_t) :: walls
       type(contact_t) :: contact
-      integer, allocatable :: edge(:), facing(:)
+      integer, allocatable :: edge(:), facing(:), side(:)
+      integer :: w, j
       logical :: had_contact
 
       walls = scene%walls
-      allocate (facing(size(scene%joints%group)), source=0)
+      allocate (facing(size(scene%joints%group)), side(size(scene%joints%group)), source=0)
       facing(walls%joint) = walls%facing
+      side(walls%joint) = walls%side
       call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
-      where (facing(scene%walls%joint) > 0) scene%walls%facing = facing(scene%walls%joint)
+      do w = 1, size(scene%walls%joint)
+         j = scene%walls%joint(w)
+         if (facing(j) == 0) cycle
+         ! The wall that walks stays the same although the chain may have grown
+         scene%walls%facing(w) = facing(j)
+         scene%walls%side(w) = side(j)
+         scene%walls%node(:, w) = merge(scene%split%joint(3:4, j), scene%split%joint([2, 1], j), side(j) > 0)
+      end do
       had_contact = scene%has_contact
       if (had_contact) contact = scene%contact
       edge = scene%exposed_edge
