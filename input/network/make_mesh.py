@@ -3,8 +3,8 @@
 
     python3 make_mesh.py two_sets.csv --size 0.015 --out two_sets.msh
 
-The mesh has the physical surface 'rock', the physical curve 'fractures' (or more, see --group) and the physical curves
-'left', 'right', 'bottom' and 'top'. What cleaning changed and the worst elements are printed. Lengths are in metres,
+The mesh has the physical surface 'rock', the physical curve 'fractures' (or more, see --group), the physical curves
+'left', 'right', 'bottom' and 'top', and the physical points 'corner_sw', 'corner_se', 'corner_ne', 'corner_nw'. What cleaning changed and the worst elements are printed. Lengths are in metres,
 angles in degrees.
 """
 
@@ -29,6 +29,7 @@ NARROWER = 1.4  # step between the sizes at narrow places
 ROOMY = 1.5  # size at a narrow place over its width: one element fits without being halved
 ALGORITHMS = (6, 5, 1)  # of gmsh, tried in turn: frontal, Delaunay, adaptive
 SURFACE, FRACTURES = "rock", "fractures"
+CORNERS = {(0, 0): "corner_sw", (1, 0): "corner_se", (1, 1): "corner_ne", (0, 1): "corner_nw"}  # east, north?
 
 
 class MeshError(Exception):
@@ -41,7 +42,7 @@ def parse_group(text):
     name = name.strip()
     if not equals or not name:
         raise TraceError(f"--group {text}: it must be NAME=FROM:TO (strikes) or NAME=trace:A,B,... (traces)")
-    if name in (SURFACE, FRACTURES, *SIDE_NAMES.values()):
+    if name in (SURFACE, FRACTURES, *SIDE_NAMES.values(), *CORNERS.values()):
         raise TraceError(f"--group {text}: the name '{name}' is taken")
     if what.startswith("trace:"):
         return name, {word.strip() for word in what.removeprefix("trace:").split(",")}
@@ -123,6 +124,10 @@ def build_geometry(graph, group):
     for name in sorted(members, key=lambda name: (name in SIDE_NAMES.values(), name)):
         gmsh.model.setPhysicalName(1, gmsh.model.addPhysicalGroup(1, members[name]), name)
     gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, [surface]), SURFACE)
+    for (east, north), name in CORNERS.items():
+        corner = (graph.window[2 * east], graph.window[1 + 2 * north])
+        node = int(np.argmin(np.hypot(*(graph.xy - corner).T)))
+        gmsh.model.setPhysicalName(0, gmsh.model.addPhysicalGroup(0, [point[node]]), name)
     return point, line
 
 
