@@ -11,26 +11,22 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 POINTS = 15
+TABLE = ["run", "sn_MPa", "closure_mm", "eq5b_mm", "error_%"]
 
 
-def main():
-    arguments = style.parser(__doc__)
-    style.joint_arguments(arguments)
-    arguments = arguments.parse_args()
-    runs, labels = style.open_results(arguments)
-
-    figure, axes = plt.subplots()
+def draw_closure(axes, runs, labels, group=None, length=None):
+    """Draw the curves with their empirical points; returns the header and rows of the table of errors."""
     table = []
     for i, (run, label) in enumerate(zip(runs, labels, strict=True)):
         history = run.history
-        group = history.group(arguments.group)
-        closure = history.joint(group, "closure_mm")
-        stress = history.joint(group, "normal_stress_MPa")
+        name = history.group(group)
+        closure = history.joint(name, "closure_mm")
+        stress = history.joint(name, "normal_stress_MPa")
         loaded = stress > 0
         if not np.any(loaded):
-            raise style.ResultsError(f"{history.path}: no normal stress on group {group!r}")
+            raise style.ResultsError(f"{history.path}: no normal stress on group {name!r}")
         closure, stress = closure[loaded], stress[loaded]
-        law = run.reference_joint(group, arguments.length)
+        law = run.reference_joint(name, length)
         style.numeric(axes, np.concatenate([[0], closure]), np.concatenate([[0], stress]), i, label)
         at = np.linspace(0, np.max(stress), POINTS)
         style.empirical(axes, law.closure(at), at, i, label)
@@ -42,7 +38,17 @@ def main():
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
     style.comparison_legend(axes, labels)
-    style.error_table(["run", "sn_MPa", "closure_mm", "eq5b_mm", "error_%"], table, arguments.csv)
+    return TABLE, table
+
+
+def main():
+    arguments = style.parser(__doc__)
+    style.joint_arguments(arguments)
+    arguments = arguments.parse_args()
+    runs, labels = style.open_results(arguments)
+    figure, axes = plt.subplots()
+    header, table = draw_closure(axes, runs, labels, arguments.group, arguments.length)
+    style.error_table(header, table, arguments.csv)
     style.save(figure, arguments.out, runs[0].directory, "closure")
 
 

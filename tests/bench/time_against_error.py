@@ -1,0 +1,325 @@
+#!/usr/bin/env python3
+"""Which setting buys which error for which time: solver x element size x velocity or increment.
+
+    python3 tests/bench/time_against_error.py [--quick] [--scene shear closure] [--results results/bench/time_against_error]
+
+Scenes: direct shear of the 6 cm joint to 5 mm, its closure to 1 MPa (decks of input/direct_shear and input/closure). The
+settings are varied by velocity (explicit) or increment (other solvers), and by element size. A solver that the program
+does not know is left out.
+
+Errors rms_% and worst_%: difference from eq 13 in per cent of the peak, or from eq 5b in per cent of the closure, at the
+rows of the history, as by plot_shear.py and plot_closure.py; of the dilation from eq 18 as by plot_dilation.py. Runs with
+large increments have few rows, which may miss the peak; so settings are compared by error_%: the same difference, rms, with
+the computed curve read linearly every 0.01 mm; for closure the difference at 1 MPa, where every run has a row.
+
+Time: solve time of run.log and user time of the whole program. Before every run the reference run (the shipped implicit
+direct shear deck) is timed, and the two are divided: what else the machine does falls out for the most part. Runs shorter
+than --long seconds are repeated; medians count.
+
+Writes time_against_error.csv, the same as a table, and the figure. The front is the settings which no other one beats in
+both time and error. The path of a relaxation deck is that of the implicit one with another solver.
+"""
+
+import argparse
+import os
+import re
+import statistics
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+TOP = Path(__file__).resolve().parent.parent.parent
+SHEAR, CLOSURE = TOP / "input" / "direct_shear", TOP / "input" / "closure"
+sys.path[:0] = [str(TOP / "postproc"), str(SHEAR)]
+import figure_style as style  # noqa: E402
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from femdem_results import Results  # noqa: E402
+from make_mesh import make_mesh  # noqa: E402
+from plot_closure import draw_closure  # noqa: E402
+from plot_dilation import draw_dilation  # noqa: E402
+from plot_shear import draw_shear  # noqa: E402
+from run_series import PROGRAM, change, shear_deck  # noqa: E402
+
+LENGTH, NORMAL_STRESS_MPA, TRAVEL_MM = 0.06, 0.0245, 5.0
+READ_EVERY_MM = 0.01  # of the computed curve, for error_%
+VELOCITY_MM_S = 20.0  # of the shipped decks; an implicit run only knows the increment
+SOLVERS = ("explicit", "relaxation", "implicit")
+HEADER = [
+    "scene",
+    "solver",
+    "size_mm",
+    "setting",
+    "triangles",
+    "rms_%",
+    "worst_%",
+    "dilation_rms_%",
+    "solve_s",
+    "user_s",
+]
+HEADER += ["solve_ratio", "user_ratio", "repeats", "on_front"]
+SCENE_NAME = {"shear": "Direct shear, 6 cm", "closure": "Closure to 1 MPa, 6 cm"}
+ERROR_NAME = {
+    "shear": "Error of the shear stress [% of the peak, rms]",
+    "closure": "Error of the closure at 1 MPa [%]",
+}
+
+
+@dataclass
+class Case:
+    """One setting of one scene."""
+
+    scene: str
+    solver: str
+    size_mm: float
+    setting: str
+    deck: str
+
+    @property
+    def name(self):
+        return re.sub(r"[^\w.]+", "_", f"{self.scene}_{self.solver}_{self.size_mm:g}mm_{self.setting}")
+
+
+def explicit_shear(velocity):
+    """The shipped deck at another velocity [mm/s]."""
+    return shear_deck(6, velocity)
+
+
+def implicit_shear(increment):
+    """The shipped implicit deck with increments [mm]."""
+    deck = (SHEAR / "shear_6cm_implicit.nml").read_text(encoding="utf-8")
+    time = increment / VELOCITY_MM_S
+    return change(deck, "stage name = 'shear'", cycles=round(TRAVEL_MM / increment), move_time=f"{time:g}")
+
+
+def closure_deck(name, cycles, **stage):
+    deck = (CLOSURE / name).read_text(encoding="utf-8")
+    return change(deck, "stage name = 'close'", cycles=cycles, **stage)
+
+
+def with_solver(deck, solver):
+    """An implicit deck for another solver; &implicit then has no meaning."""
+    if solver == "implicit":
+        return deck
+    return re.sub(r"(?m)^&implicit.*/\n", "", change(deck, "run", solver=f"'{solver}'"))
+
+
+def cases(scenes, solvers, quick):
+    """The settings of the study."""
+    sizes = [3.0] if quick else [3.0, 1.5, 1.0]
+    velocities = [160, 80] if quick else [160, 80, 40, 20]
+    increments = [0.1, 0.01] if quick else [0.2, 0.1, 0.05, 0.02, 0.01]
+    steps = [5, 20] if quick else [2, 5, 20]
+    found = []
+    for size in sizes:
+        for solver in solvers if "shear" in scenes else ():
+            if solver == "explicit":
+                # Velocity tells at one size; the steps are as many at each
+                chosen = velocities if size in (sizes[0], sizes[-1]) else []
+                found += [Case("shear", solver, size, f"{v:g} mm/s", explicit_shear(v)) for v in chosen]
+            else:
+                found += [
+                    Case("shear", solver, size, f"{i:g} mm", with_solver(implicit_shear(i), solver))
+                    for i in increments
+                ]
+        for solver in solvers if "closure" in scenes else ():
+            for n in steps:
+                if solver == "explicit":
+                    if size == sizes[0]:
+                        deck = closure_deck("closure_6cm.nml", n)
+                        found.append(Case("closure", solver, size, f"{n} steps", deck))
+                else:
+                    deck = with_solver(closure_deck("closure_6cm_implicit.nml", n), solver)
+                    found.append(Case("closure", solver, size, f"{n} steps", deck))
+    return found
+
+
+def prepare(case, folder):
+    """Mesh and deck of a case; returns the deck's path and the number of triangles."""
+    mesh = folder / f"{case.size_mm:g}mm.msh"
+    count = mesh.with_suffix(".txt")
+    if not mesh.exists():
+        count.write_text(str(make_mesh(LENGTH, case.size_mm / 1000, str(mesh))), encoding="utf-8")
+    path = folder / f"{case.name}.nml"
+    deck = change(case.deck, "run", mesh=f"'{mesh.name}'")
+    path.write_text(change(deck, "output", directory=f"'{case.name}'"), encoding="utf-8")
+    return path, int(count.read_text(encoding="utf-8"))
+
+
+def known_solvers(folder):
+    """Solvers that the program takes."""
+    known = []
+    for solver in SOLVERS:
+        deck = explicit_shear(160) if solver == "explicit" else with_solver(implicit_shear(0.1), solver)
+        path, _ = prepare(Case("shear", solver, 3.0, "check", deck), folder)
+        done = subprocess.run([PROGRAM, "--check", path], capture_output=True)
+        if done.returncode == 0:
+            known.append(solver)
+        else:
+            print(f"solver '{solver}' is left out: the program does not take it")
+    return known
+
+
+def timed(deck):
+    """Run a deck: seconds of the solve by the log, user seconds of the program."""
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    process = subprocess.Popen([PROGRAM, "--quiet", deck], env=environment, stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode != 0:
+        return None
+    log = (deck.parent / deck.stem / "run.log").read_text(encoding="utf-8")
+    solve = float(re.search(r"(?m)^done\s.* steps in (\S+) s", log)[1])
+    return solve, usage.ru_utime
+
+
+def curve_error(run):
+    """Root mean square error of the shear stress along the curve [% of the peak]."""
+    history = run.history
+    u, tau = (history.joint("joint", name) for name in ("shear_displacement_mm", "shear_stress_MPa"))
+    at = np.arange(READ_EVERY_MM, u[-1], READ_EVERY_MM)
+    law = run.reference_joint("joint")
+    found = np.interp(at, np.append(0, u), np.append(0, tau)) - law.shear_stress(at, NORMAL_STRESS_MPA)
+    return 100 * float(np.sqrt(np.mean(found**2)) / law.peak_shear_stress(NORMAL_STRESS_MPA))
+
+
+def errors(case, results):
+    """error_%, rms_%, worst_% and dilation_rms_% of HEADER."""
+    run, (figure, axes) = Results(results), plt.subplots()
+    if case.scene == "closure":
+        rows = [row[-1] for row in draw_closure(axes, [run], [""])[1]]
+        found = [abs(rows[-1]), statistics.fmean(e * e for e in rows) ** 0.5, max(map(abs, rows)), ""]
+    else:
+        header, (row,) = draw_shear(axes, [run], [""], normal_stress=NORMAL_STRESS_MPA)
+        found = [curve_error(run), row[header.index("rms_%_of_peak")], abs(row[header.index("worst_%")])]
+        header, (row,) = draw_dilation(axes, [run], [""], normal_stress=NORMAL_STRESS_MPA)
+        found.append(row[header.index("rms_%_of_largest")])
+    plt.close(figure)
+    return found
+
+
+def measure(case, reference, folder, repeat, long):
+    """Row of the CSV, without the last column."""
+    deck, triangles = prepare(case, folder)
+    solve, user, solve_ratio, user_ratio = [], [], [], []
+    while len(solve) < repeat:
+        base, found = timed(reference), timed(deck)
+        if found is None or base is None:
+            print(f"{case.name}: the run failed", flush=True)
+            return None
+        solve.append(found[0])
+        user.append(found[1])
+        solve_ratio.append(found[0] / base[0])
+        user_ratio.append(found[1] / base[1])
+        if user[0] > long:
+            break
+    medians = [statistics.median(values) for values in (solve, user, solve_ratio, user_ratio)]
+    setting = [case.scene, case.solver, case.size_mm, case.setting, triangles]
+    row = [*setting, *errors(case, folder / case.name), *medians, len(solve)]
+    print(
+        f"{case.name}: {row[5]:.4g} %, user time {medians[1]:.2f} s, {medians[3]:.2f} of the reference",
+        flush=True,
+    )
+    return row
+
+
+def mark_front(rows):
+    """Append 'yes' to the rows of a scene that no other one beats in both user time and error."""
+    time, error = HEADER.index("user_ratio"), HEADER.index("error_%")
+    for row in rows:
+        rivals = [other for other in rows if other[0] == row[0] and other is not row]
+        beaten = any(o[time] <= row[time] and o[error] <= row[error] for o in rivals)
+        row.append("" if beaten else "yes")
+
+
+def draw(rows, out):
+    """Error against time, one panel a scene, one marker a solver, one colour an element size."""
+    time, error, front = (HEADER.index(name) for name in ("user_ratio", "error_%", "on_front"))
+    scenes = list(dict.fromkeys(row[0] for row in rows))
+    sizes = sorted({row[2] for row in rows}, reverse=True)
+    solvers = [solver for solver in SOLVERS if any(row[1] == solver for row in rows)]
+    figure, panels = plt.subplots(
+        1,
+        len(scenes),
+        figsize=((100 * len(scenes)) * style.MM, 90 * style.MM),
+        layout="constrained",
+        squeeze=False,
+    )
+    for axes, scene in zip(panels[0], scenes, strict=True):
+        part = [row for row in rows if row[0] == scene]
+        best = sorted((row[time], row[error]) for row in part if row[front])
+        axes.plot(*zip(*best, strict=True), "--", color="#999999", zorder=1)
+        for row in part:
+            axes.plot(
+                row[time],
+                row[error],
+                linestyle="none",
+                marker=style.MARKERS[solvers.index(row[1])],
+                color=style.PALETTE[sizes.index(row[2])],
+                zorder=3,
+            )
+            if row[2] == sizes[0] or row[front]:
+                above = row[1] == "explicit"
+                axes.annotate(
+                    row[3],
+                    (row[time], row[error]),
+                    xytext=(4, 3) if above else (-3, -9),
+                    textcoords="offset points",
+                    fontsize=6,
+                )
+        axes.set(
+            xscale="log",
+            yscale="log",
+            xlabel="User time over that of the reference run",
+            title=SCENE_NAME[scene],
+        )
+        axes.set_ylabel(ERROR_NAME[scene])
+    marks = [
+        plt.Line2D([], [], color="#555555", linestyle="none", marker=style.MARKERS[i], label=solver)
+        for i, solver in enumerate(solvers)
+    ]
+    marks += [
+        plt.Line2D([], [], color=style.PALETTE[i], marker="s", linestyle="none", label=f"h = {size:g} mm")
+        for i, size in enumerate(sizes)
+    ]
+    marks.append(plt.Line2D([], [], color="#999999", linestyle="--", label="front"))
+    figure.legend(handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=len(marks))
+    style.save(figure, out, None, None)
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="a handful of settings, each once: half a minute"
+    )
+    parser.add_argument("--scene", nargs="+", choices=list(SCENE_NAME), default=list(SCENE_NAME))
+    parser.add_argument("--repeat", type=int, default=3, help="runs of each setting (default 3)")
+    parser.add_argument(
+        "--long", type=float, default=8.0, help="user seconds beyond which a setting runs once"
+    )
+    parser.add_argument("--results", type=Path, default=TOP / "results" / "bench" / "time_against_error")
+    parser.add_argument("--figure", type=Path, help="figure without suffix (default: in --results)")
+    arguments = parser.parse_args()
+    if not PROGRAM.exists():
+        sys.exit(f"error: {PROGRAM} is missing; build first (./run.sh does)")
+    folder = arguments.results.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    repeat = 1 if arguments.quick else arguments.repeat
+    solvers = known_solvers(folder)
+    reference, _ = prepare(Case("shear", "implicit", 1.0, "reference", implicit_shear(0.01)), folder)
+    found = [
+        measure(case, reference, folder, repeat, arguments.long)
+        for case in cases(arguments.scene, solvers, arguments.quick)
+    ]
+    rows = [row for row in found if row]
+    mark_front(rows)
+    rows.sort(key=lambda row: (row[0], row[HEADER.index("user_ratio")]))
+    style.error_table(HEADER, rows, folder / "time_against_error.csv")
+    draw(rows, arguments.figure or folder / "time_against_error")
+
+
+if __name__ == "__main__":
+    main()
