@@ -21,10 +21,11 @@ METRES = 1e-3  # in a millimetre
 INTERVALS_TO_PEAK = 4000
 INTERVALS_AFTER_PEAK = 40000
 # Guards (section 7 of the theory page): closure, as a share of vm, beyond which eq 5 goes on along its tangent; floors of
-# vm as a share of a0, of kn0 [MPa/mm] and of a0 [mm]; largest log10(JCSn/sn); largest angle a tangent is taken of
+# vm as a share of a0, of kn0 [MPa/mm] and of a0 [mm]; largest log10(JCSn/sn), and its floor in eq 21; largest angle a tangent
+# is taken of
 CLOSURE_LIMIT = 0.99
 LEAST_CLOSURE_SHARE, LEAST_STIFFNESS, LEAST_APERTURE = 0.05, 0.1, 0.01
-WIDEST_LOGARITHM = 6.0
+WIDEST_LOGARITHM, LEAST_LOGARITHM = 6.0, 1e-3
 STEEPEST = 89.0
 
 
@@ -131,7 +132,7 @@ class Joint:
         log = np.log10(self.jcsn / normal_stress)
         acting = {
             "angle capped": log > self._largest_logarithm,
-            "sn >= JCSn": log <= 0,
+            "sn >= JCSn": log < LEAST_LOGARITHM,  # as good as: there is no roughness angle left
             "vm floored": self._fitted_closure < LEAST_CLOSURE_SHARE * self.a0,
             "kn0 floored": self._fitted_stiffness < LEAST_STIFFNESS,
             "closure > 0.99 vm": normal_stress > self._limit[0],
@@ -173,10 +174,9 @@ class Joint:
     # ---- Dilation ---------------------------------------------------------------------------------------------
 
     def damage_coefficient(self, normal_stress):
-        """M, infinite where the stress exceeds the strength of the walls (no dilation then)"""
-        log = self._logarithm(normal_stress)
-        with np.errstate(divide="ignore"):
-            return self.jrcn / (12 * log) + 0.70  # eq 21
+        """M [-]"""
+        log = np.maximum(self._logarithm(normal_stress), LEAST_LOGARITHM)
+        return self.jrcn / (12 * log) + 0.70  # eq 21
 
     def dilation_slope(self, ratio, normal_stress):
         """tan of the mobilised dilation angle at u/up"""

@@ -205,10 +205,12 @@ def draw(rows, out):
                 )
     share.plot([], [], ":", color="#555555", label="a guard acts")
     share.set(xscale="log", xlabel="Largest error along a run [%]", ylabel="Runs with at most this error [%]")
-    share.legend(loc="upper left")
-    names = ["", *(name for name, _ in Counter(row[at["guards"]] for row in rows).most_common() if name)]
+    share.legend(loc="upper left", fontsize=7)
+    # Where several guards act, the first is drawn
+    first = [row[at["guards"]].split("+")[0] for row in rows]
+    names = ["", *(name for name, _ in Counter(first).most_common() if name)]
     for index, name in enumerate(names):
-        part = [row for row in rows if row[at["guards"]] == name]
+        part = [row for row, guard in zip(rows, first, strict=True) if guard == name]
         space.plot(
             [row[at["sn_mpa"]] / row[at["jcsn_mpa"]] for row in part],
             [row[at["jrcn"]] for row in part],
@@ -216,10 +218,15 @@ def draw(rows, out):
             marker=style.MARKERS[index % len(style.MARKERS)],
             markersize=3,
             color=style.PALETTE[index % len(style.PALETTE)],
-            label=name.replace("+", ", ") or "inside validity",
+            label=name or "inside validity",
         )
-    space.set(xscale="log", xlabel="Normal stress over wall strength, sn/JCSn", ylabel="Roughness JRCn")
-    space.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=7)
+    space.set(
+        xscale="log",
+        xlabel="Normal stress over wall strength, sn/JCSn",
+        ylabel="Roughness JRCn",
+        ylim=(0, 30),
+    )
+    space.legend(loc="upper right", ncol=2, fontsize=7, columnspacing=1, handletextpad=0)
     style.save(figure, out, None, None)
 
 
