@@ -9,7 +9,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from plot_shear import points_along, shear_path
 
-
 TABLE = ["run", "sn_kPa", "length_m", "largest_eq18_mm", "rms_%_of_largest", "worst_%", "worst_at_mm"]
 
 

@@ -21,7 +21,6 @@ TOP = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(TOP / "postproc"))
 
 from femdem_results import Results  # noqa: E402
-
 from jcm import Joint  # noqa: E402
 
 LENGTHS_CM = (6, 12, 18, 36)
@@ -42,7 +41,16 @@ def run(length_cm, arguments):
     """Mesh, run and measure one length; returns seconds."""
     script = TOP / "input" / "direct_shear" / "make_mesh.py"
     mesh = arguments.folder / f"shear_{length_cm}cm.msh"
-    make = [sys.executable, script, "--length", f"{length_cm / 100}", "--size", f"{arguments.size}", "--out", mesh]
+    make = [
+        sys.executable,
+        script,
+        "--length",
+        f"{length_cm / 100}",
+        "--size",
+        f"{arguments.size}",
+        "--out",
+        mesh,
+    ]
     made = subprocess.run(make, check=True, capture_output=True, text=True)
     deck = implicit_deck(length_cm, arguments.folder)
     results = arguments.folder / f"results_{length_cm}cm"
@@ -66,10 +74,16 @@ def run(length_cm, arguments):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--size", type=float, default=0.001, help="element size along the joint in m (default 0.001)")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--size", type=float, default=0.001, help="element size along the joint in m (default 0.001)"
+    )
     parser.add_argument("--program", type=Path, default=TOP / "build" / "femdem", help="program to measure")
-    parser.add_argument("--folder", type=Path, default=TOP / "results" / "bench_implicit", help="where everything goes")
+    parser.add_argument(
+        "--folder", type=Path, default=TOP / "results" / "bench_implicit", help="where everything goes"
+    )
     arguments = parser.parse_args()
     arguments.program = arguments.program.resolve()
     arguments.folder.mkdir(parents=True, exist_ok=True)
