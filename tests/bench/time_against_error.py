@@ -52,6 +52,7 @@ HEADER = [
     "size_mm",
     "setting",
     "triangles",
+    "error_%",
     "rms_%",
     "worst_%",
     "dilation_rms_%",
