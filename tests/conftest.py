@@ -1,9 +1,13 @@
 """Options and fixtures of the Python tests."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
+
+# Scenes compare with the empirical law of postproc/jcm.py
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
 
 TOP = Path(__file__).resolve().parent.parent
 

@@ -243,7 +243,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(state_t), intent(in) :: state
 
-      free_norm = norm2(pack(net_force(state), .not. scene%loads%fixed))
+      free_norm = norm2(pack(net_force(state),.not. scene%loads%fixed))
    end function free_norm
 
    !> Newton's method from the first guess in state%u, whose forces are known.

@@ -330,7 +330,7 @@ contains
       stiffness = 0.0_wp
       if (tangent%tau_u < 0.0_wp) return
       stiffness = joint_normal_stiffness(joints%law(j), 0.0_wp)*merge(open_share, unstressed_share, &
-                                                                        point%sn > 0.0_wp .or. joints%contact_stress(j) < 0.0_wp)
+                                                                      point%sn > 0.0_wp .or. joints%contact_stress(j) < 0.0_wp)
       stiffness = max(0.0_wp, stiffness - tangent%tau_u)*megapascal_per_millimetre
    end function shear_floor
 

@@ -3,9 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from scene_motion import Motion, changed_deck, run_deck
-
 from jcm import Joint
+from scene_motion import Motion, changed_deck, run_deck
 
 # The implicit step takes the pressure at its end: first order in the increment of 5 micrometres
 TOLERANCE = 5e-3
@@ -49,7 +48,11 @@ def integrate(u, stress, stiffness):
         for _ in range(steps):
             first = rates(ratio, stress)
             middle = rates(ratio + 0.5 * du * first[0], stress + 0.5 * du * first[1])
-            ratio, stress, dilation = ratio + du * middle[0], stress + du * middle[1], dilation + du * middle[2]
+            ratio, stress, dilation = (
+                ratio + du * middle[0],
+                stress + du * middle[1],
+                dilation + du * middle[2],
+            )
         slipped = target
         found.append((stress, dilation))
     return np.array(found).T

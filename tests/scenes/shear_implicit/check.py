@@ -1,9 +1,8 @@
 """The whole curve against eq 13, and the energy account."""
 
 import numpy as np
-from scene_motion import Motion
-
 from jcm import Joint
+from scene_motion import Motion
 
 NORMAL_STRESS = 0.0245
 
