@@ -91,7 +91,7 @@ program femdem
    if (command%restart == '') call start_account(scene, state)
    do stage = 1, size(deck%stage)
       call begin_stage(scene, stage)
-      if (stage < done%stage) cycle
+      if (stage < done%stage .or. (stage == done%stage .and. done%cycle >= deck%stage(stage)%cycles)) cycle
       call check_given_step(scene, stage, state, errors)
       ! Before the first step it is the input that is wrong; later the joints have become too stiff for it
       if (errors%any()) call stop_with(merge(status_bad_input, status_failed, state%step == 0))

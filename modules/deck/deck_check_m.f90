@@ -6,7 +6,7 @@ module deck_check_m
    use text_m, only: exact_text, nearest_word, quoted, to_text
    use deck_variable_m, only: name_length
    use boundary_group_m, only: boundary_t, prescribable, prescribed, check_clash, every_stage
-   use joint_group_m, only: joint_t
+   use joint_group_m, only: joint_t, has_roughness
    use deck_m, only: deck_t, deck_path
    implicit none
    private
@@ -290,7 +290,8 @@ contains
                            'sigma_c_mpa = '//exact_text(joint%sigma_c_mpa))
       end if
       if (joint%law == 'coulomb') then
-         if (any(is_set([joint%jrc0, joint%jcs0_mpa, joint%sigma_c_mpa, joint%l0, joint%phi_r]))) then
+         if (any(is_set([joint%jrc0, joint%jcs0_mpa, joint%sigma_c_mpa, joint%l0, joint%phi_r])) .and. &
+             (all(is_set([joint%friction_angle, joint%kn_mpa_mm, joint%ks_mpa_mm])) .or. .not. has_roughness(joint))) then
             call warnings%add(place//"law = 'coulomb': the parameters of the JCM have no effect")
          end if
       else if (any(is_set([joint%friction_angle, joint%kn_mpa_mm, joint%ks_mpa_mm])) .or. joint%cohesion > 0) then

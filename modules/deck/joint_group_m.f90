@@ -12,7 +12,7 @@ module joint_group_m
    implicit none
    private
 
-   public :: read_joint, write_joint
+   public :: read_joint, write_joint, has_roughness
 
    !> Beyond these the unit must be wrong: JRC [-] (profiles reach 20), strength [MPa], laboratory sample [m]
    real(wp), parameter :: roughest = 30.0_wp, strongest = 1000.0_wp, longest = 100.0_wp
@@ -58,13 +58,13 @@ module joint_group_m
       real(wp) :: penalty = unset
       !> Normal stress of the law: from the contact force, or from the walls' elements (eq 32)
       character(len=option_length) :: normal_stress = 'contact'
-      !> Friction angle of the Coulomb law [degrees]
+      !> Friction angle of the Coulomb law [degrees]; phi_r when not given
       real(wp) :: friction_angle = unset
       !> Cohesion of the Coulomb law [Pa]
       real(wp) :: cohesion = 0.0_wp
-      !> Normal stiffness of the Coulomb law [MPa/mm]
+      !> Normal stiffness of the Coulomb law [MPa/mm]; closure as in jcm_mean when not given
       real(wp) :: kn_mpa_mm = unset
-      !> Shear stiffness of the Coulomb law [MPa/mm]
+      !> Shear stiffness of the Coulomb law [MPa/mm]; that of jcm_mean up to its residual friction when not given
       real(wp) :: ks_mpa_mm = unset
    end type joint_t
 
@@ -169,8 +169,8 @@ contains
          call check_needed(errors, slice, 'l0', joint%l0, law)
          call check_needed(errors, slice, 'phi_r', joint%phi_r, law)
       case ('coulomb')
-         call check_needed(errors, slice, 'friction_angle', joint%friction_angle, law)
-         if (joint%normal == 'joint') then
+         if (.not. is_set(joint%phi_r)) call check_needed(errors, slice, 'friction_angle', joint%friction_angle, law)
+         if (joint%normal == 'joint' .and. .not. has_roughness(joint)) then
             call check_needed(errors, slice, 'kn_mpa_mm', joint%kn_mpa_mm, law//" with normal = 'joint'")
             if (joint%friction == 'slider') then
                call check_needed(errors, slice, 'ks_mpa_mm', joint%ks_mpa_mm, law//" with friction = 'slider'")
@@ -186,13 +186,20 @@ contains
       end if
    end subroutine check_law
 
+   !> Are the parameters of the JCM there, from which stiffness and closure of a Coulomb joint can be had?
+   pure logical function has_roughness(joint)
+      type(joint_t), intent(in) :: joint
+
+      has_roughness = all(is_set([joint%jrc0, joint%jcs0_mpa, joint%l0, joint%phi_r]))
+   end function has_roughness
+
    !> The initial aperture of eq 10 must come out positive.
    subroutine check_aperture(slice, joint, errors)
       type(group_slice_t), intent(in) :: slice
       type(joint_t), intent(in) :: joint
       type(error_list_t), intent(inout) :: errors
 
-      if (joint%law == 'coulomb' .or. is_set(joint%a0_mm)) return
+      if ((joint%law == 'coulomb' .and. .not. has_roughness(joint)) .or. is_set(joint%a0_mm)) return
       if (is_set(joint%jrc0) .and. abs(joint%jrc0) <= 0) then
          call errors%add(slice%place('jrc0')//': eq 10 gives no initial aperture; must be above 0, or a0_mm be given')
       end if
@@ -228,10 +235,10 @@ contains
       call put(unit, 'contact', joint%contact)
       call put(unit, 'penalty', joint%penalty, 'penalty_factor times young of the wall rock')
       call put(unit, 'normal_stress', joint%normal_stress)
-      call put(unit, 'friction_angle', joint%friction_angle)
+      call put(unit, 'friction_angle', joint%friction_angle, 'phi_r')
       call put(unit, 'cohesion', joint%cohesion)
-      call put(unit, 'kn_mpa_mm', joint%kn_mpa_mm)
-      call put(unit, 'ks_mpa_mm', joint%ks_mpa_mm)
+      call put(unit, 'kn_mpa_mm', joint%kn_mpa_mm, 'closure of eqs 5 to 7 at the mean length of the block edges')
+      call put(unit, 'ks_mpa_mm', joint%ks_mpa_mm, 'of the JCM at that length, up to its residual friction')
       call end_group(unit)
    end subroutine write_joint
 

@@ -3,7 +3,7 @@
 module coulomb_joint_m
    use kinds_m, only: wp
    use constants_m, only: radians
-   use jcm_m, only: closure, closure_stress, normal_stiffness
+   use jcm_m, only: jcm_edge_t, closure, closure_stress, normal_stiffness, residual_shear_stiffness
    use joint_point_m, only: joint_point_t, joint_tangent_t
    implicit none
    private
@@ -14,8 +14,12 @@ module coulomb_joint_m
    type, public :: coulomb_joint_t
       !> Friction angle [deg], cohesion [MPa]
       real(wp) :: friction_angle = 30.0_wp, cohesion = 0.0_wp
-      !> Normal and shear stiffness [MPa/mm]; a shear stiffness of 0 means the current normal stiffness
+      !> Normal and shear stiffness [MPa/mm]; a shear stiffness of 0 means the current normal stiffness, or that of a rough
+      !> joint until it mobilises its residual friction
       real(wp) :: kn = 1.0_wp, ks = 0.0_wp
+      logical :: as_rough = .false.
+      !> That rough joint
+      type(jcm_edge_t) :: rough
       !> Maximum closure of the hyperbolic closure of eq 5, whose initial stiffness is kn; 0: closure is linear [mm]
       real(wp) :: vm = 0.0_wp
       !> Initial aperture [mm]
@@ -67,11 +71,25 @@ contains
       tangent%tau_u = state%ktt
       if (state%sliding) then
          tangent%tau_sn = sign(state%mu_mob, state%tau)
+      else if (joint%ks <= 0.0_wp .and. joint%as_rough) then
+         tangent%tau_sn = state%step_u*rough_stiffness_slope(joint, state%sn)
       else if (joint%ks <= 0.0_wp .and. joint%vm > 0.0_wp) then
          ! d knn/d sn of eq 11
          tangent%tau_sn = state%step_u*2.0_wp*sqrt(state%knn/(joint%kn*joint%vm**2))
       end if
    end function coulomb_tangent
+
+   !> Change of the rough joint's shear stiffness with normal stress, by a central difference [1/mm].
+   pure real(wp) function rough_stiffness_slope(joint, sn) result(slope)
+      type(coulomb_joint_t), intent(in) :: joint
+      !> Normal stress [MPa]
+      real(wp), intent(in) :: sn
+      !> Relative difference whose error, of rounding and of curvature, is least
+      real(wp), parameter :: share = epsilon(1.0_wp)**(1.0_wp/3.0_wp)
+
+      slope = (residual_shear_stiffness(joint%rough, sn*(1.0_wp + share)) &
+               - residual_shear_stiffness(joint%rough, sn*(1.0_wp - share)))/(2.0_wp*share*sn)
+   end function rough_stiffness_slope
 
    !> Normal stress of a closure [MPa]; none when the walls are apart.
    pure real(wp) function coulomb_closure_stress(joint, v)
@@ -116,7 +134,12 @@ contains
       real(wp), intent(in) :: sn
 
       coulomb_shear_stiffness = joint%ks
-      if (joint%ks <= 0.0_wp) coulomb_shear_stiffness = coulomb_normal_stiffness(joint, sn)
+      if (joint%ks > 0.0_wp) return
+      if (joint%as_rough) then
+         coulomb_shear_stiffness = residual_shear_stiffness(joint%rough, sn)
+      else
+         coulomb_shear_stiffness = coulomb_normal_stiffness(joint, sn)
+      end if
    end function coulomb_shear_stiffness
 
 end module coulomb_joint_m

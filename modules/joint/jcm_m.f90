@@ -18,7 +18,7 @@ module jcm_m
    public :: closure_stress, closure, normal_stiffness
    public :: peak_strength, shear_strength, mobilised_ratio, mobilised_ratio_slope, mobilised_angle, mobilised_friction
    public :: roughness_logarithm, peak_displacement_eq14, peak_displacement_eq15, peak_displacement
-   public :: shear_stiffness, shear_stress_sensitivity, elastic_shear_stiffness
+   public :: shear_stiffness, shear_stress_sensitivity, elastic_shear_stiffness, residual_shear_stiffness
    public :: damage_coefficient, peak_dilation_ratio, dilation_angle, dilation_increment, tangent_matrix, aperture
 
    !> Names of the deck's choices (values are distinct so that one name function serves all)
@@ -539,6 +539,19 @@ contains
       rough = roughness_at(edge, pressed)
       elastic_shear_stiffness = pressed/rough%peak*steepest_slope(edge, rough%angle)
    end function elastic_shear_stiffness
+
+   !> Secant stiffness up to where the residual friction angle is mobilised (u/up = 0.3 of Table 1) [MPa/mm].
+   pure real(wp) function residual_shear_stiffness(edge, sn)
+      type(jcm_edge_t), intent(in) :: edge
+      !> Normal stress [MPa]
+      real(wp), intent(in) :: sn
+      type(roughness_t) :: rough
+      real(wp) :: pressed
+
+      pressed = between(0.0_wp, sn, largest_stress)
+      rough = roughness_at(edge, pressed)
+      residual_shear_stiffness = pressed*tan(radians*edge%phi_r)/(onset*rough%peak)
+   end function residual_shear_stiffness
 
    !> Largest d tan(mobilised angle)/d(u/up) before the peak [-]. The angle grows linearly between the nodes of Table
    !> 1, so that the tangent is steepest at the end of one of the three intervals.

@@ -6,7 +6,7 @@ module scene_m
    use text_m, only: to_text, quoted
    use log_m, only: log_t
    use deck_m, only: deck_t
-   use joint_group_m, only: joint_t
+   use joint_group_m, only: joint_t, has_roughness
    use mesh_m, only: mesh_t, split_mesh_t, find_group
    use edges_m, only: edge_table_t
    use split_m, only: cut_t, fracture_cuts, split_edges
@@ -356,19 +356,36 @@ contains
       type(jcm_parameters_t) :: parameters
 
       law%kind = joint_law_named(settings%law)
-      if (law%kind == law_coulomb) then
-         law%coulomb = coulomb_joint_t(friction_angle=settings%friction_angle, cohesion=settings%cohesion/megapascal, &
-                                       kn=settings%kn_mpa_mm, ks=settings%ks_mpa_mm, &
-                                       a0=merge(settings%a0_mm, 0.0_wp, is_set(settings%a0_mm)))
-         return
-      end if
       parameters = jcm_parameters_t(jrc0=settings%jrc0, jcs0=settings%jcs0_mpa, sigma_c=settings%sigma_c_mpa, &
                                     l0=settings%l0, phi_r=settings%phi_r, a0=settings%a0_mm, &
                                     peak=jcm_option(settings%peak), post_peak=jcm_option(settings%post_peak), &
                                     short_edges=jcm_option(settings%short_edges), max_angle=settings%max_angle)
       if (law%kind == law_jcm) law%jcm = jcm_scale(parameters, edge_length)
       if (law%kind == law_jcm_mean) law%jcm = jcm_scale(parameters, mean_length)
+      if (law%kind == law_coulomb) law%coulomb = coulomb_law(settings, parameters, mean_length)
    end function law_of
+
+   !> The Coulomb law; what it isn't given it takes from a rough joint of mean length.
+   pure function coulomb_law(settings, parameters, mean_length) result(law)
+      type(joint_t), intent(in) :: settings
+      !> The rough joint, when the deck has one
+      type(jcm_parameters_t), intent(in) :: parameters
+      !> Mean length of the group's block edges [m]
+      real(wp), intent(in) :: mean_length
+      type(coulomb_joint_t) :: law
+
+      law = coulomb_joint_t(friction_angle=settings%friction_angle, cohesion=settings%cohesion/megapascal, &
+                            kn=settings%kn_mpa_mm, ks=settings%ks_mpa_mm, &
+                            a0=merge(settings%a0_mm, 0.0_wp, is_set(settings%a0_mm)))
+      if (.not. is_set(law%friction_angle)) law%friction_angle = settings%phi_r
+      if (.not. has_roughness(settings)) return
+      law%as_rough = .true.
+      law%rough = jcm_scale(parameters, mean_length)
+      law%a0 = law%rough%a0
+      if (is_set(law%kn)) return
+      law%kn = law%rough%kn0
+      law%vm = law%rough%vm
+   end function coulomb_law
 
    !> Penalty stiffness of a joint's walls, p over the size of the triangles behind them [MPa/mm].
    pure real(wp) function penalty_stiffness(scene, settings, j) result(stiffness)
