@@ -17,10 +17,11 @@ direct shear deck) is timed, and the two are divided: what else the machine does
 than --long seconds are repeated; medians count.
 
 Writes time_against_error.csv, the same as a table, and the figure. The front is the settings which no other one beats in
-both time and error (errors within 2 % are the same). The path of a relaxation deck is that of the implicit one with another solver.
+both time and error (errors within 2 % are the same). A deck for relaxation is the implicit one with another solver.
 """
 
 import argparse
+import csv
 import os
 import re
 import statistics
@@ -37,6 +38,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from femdem_results import Results  # noqa: E402
 from make_mesh import make_mesh  # noqa: E402
+from matplotlib.patches import Patch  # noqa: E402
 from plot_closure import draw_closure  # noqa: E402
 from plot_dilation import draw_dilation  # noqa: E402
 from plot_shear import draw_shear  # noqa: E402
@@ -226,6 +228,16 @@ def measure(case, reference, folder, repeat, long):
     return row
 
 
+def measure_all(arguments, folder):
+    """Rows of all cases whose run ended well."""
+    repeat = 1 if arguments.quick else arguments.repeat
+    solvers = known_solvers(folder)
+    reference, _ = prepare(Case("shear", "implicit", 1.0, "reference", implicit_shear(0.01)), folder)
+    chosen = cases(arguments.scene, solvers, arguments.quick)
+    found = [measure(case, reference, folder, repeat, arguments.long) for case in chosen]
+    return [row for row in found if row]
+
+
 def mark_front(rows):
     """Append 'yes' to the rows of a scene that no other one beats in both user time and error."""
     time, error = HEADER.index("user_ratio"), HEADER.index("error_%")
@@ -238,7 +250,7 @@ def mark_front(rows):
 def draw(rows, out):
     """Error against time, one panel a scene, one marker a solver, one colour an element size."""
     time, error, front = (HEADER.index(name) for name in ("user_ratio", "error_%", "on_front"))
-    scenes = list(dict.fromkeys(row[0] for row in rows))
+    scenes = [scene for scene in SCENE_NAME if any(row[0] == scene for row in rows)]
     sizes = sorted({row[2] for row in rows}, reverse=True)
     solvers = [solver for solver in SOLVERS if any(row[1] == solver for row in rows)]
     figure, panels = plt.subplots(
@@ -277,17 +289,27 @@ def draw(rows, out):
             title=SCENE_NAME[scene],
         )
         axes.set_ylabel(ERROR_NAME[scene])
+        found = [row[error] for row in part]
+        axes.set_ylim(min(found) / 2, max(found) * 2)
+        axes.margins(x=0.15)
     marks = [
         plt.Line2D([], [], color="#555555", linestyle="none", marker=style.MARKERS[i], label=solver)
         for i, solver in enumerate(solvers)
     ]
-    marks += [
-        plt.Line2D([], [], color=style.PALETTE[i], marker="s", linestyle="none", label=f"h = {size:g} mm")
-        for i, size in enumerate(sizes)
-    ]
+    marks += [Patch(color=style.PALETTE[i], label=f"h = {size:g} mm") for i, size in enumerate(sizes)]
     marks.append(plt.Line2D([], [], color="#999999", linestyle="--", label="front"))
     figure.legend(handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=len(marks))
     style.save(figure, out, None, None)
+
+
+def read_rows(path):
+    """Rows of an earlier run's CSV, without the last column."""
+    with open(path, newline="", encoding="utf-8") as file:
+        texts = list(csv.reader(file))[1:]
+    return [
+        [text if text == "" or i in (0, 1, 3) else float(text) for i, text in enumerate(row[:-1])]
+        for row in texts
+    ]
 
 
 def main():
@@ -304,19 +326,16 @@ def main():
     )
     parser.add_argument("--results", type=Path, default=TOP / "results" / "bench" / "time_against_error")
     parser.add_argument("--figure", type=Path, help="figure without suffix (default: in --results)")
+    parser.add_argument("--redraw", action="store_true", help="table and figure from the CSV that is there")
     arguments = parser.parse_args()
     if not PROGRAM.exists():
         sys.exit(f"error: {PROGRAM} is missing; build first (./run.sh does)")
     folder = arguments.results.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    repeat = 1 if arguments.quick else arguments.repeat
-    solvers = known_solvers(folder)
-    reference, _ = prepare(Case("shear", "implicit", 1.0, "reference", implicit_shear(0.01)), folder)
-    found = [
-        measure(case, reference, folder, repeat, arguments.long)
-        for case in cases(arguments.scene, solvers, arguments.quick)
-    ]
-    rows = [row for row in found if row]
+    if arguments.redraw:
+        rows = read_rows(folder / "time_against_error.csv")
+    else:
+        rows = measure_all(arguments, folder)
     mark_front(rows)
     rows.sort(key=lambda row: (row[0], row[HEADER.index("user_ratio")]))
     style.error_table(HEADER, rows, folder / "time_against_error.csv")
