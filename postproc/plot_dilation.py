@@ -50,7 +50,9 @@ def main():
     arguments = arguments.parse_args()
     runs, labels = style.open_results(arguments)
     figure, axes = plt.subplots()
-    header, table = draw_dilation(axes, runs, labels, arguments.group, arguments.length, arguments.normal_stress)
+    header, table = draw_dilation(
+        axes, runs, labels, arguments.group, arguments.length, arguments.normal_stress
+    )
     style.error_table(header, table, arguments.csv)
     style.save(figure, arguments.out, runs[0].directory, "dilation")
 

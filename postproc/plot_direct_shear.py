@@ -20,7 +20,9 @@ def main():
     )
     arguments = arguments.parse_args()
     runs, labels = style.open_results(arguments)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(2 * style.WIDTH_MM * style.MM, style.HEIGHT_MM * style.MM))
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=(2 * style.WIDTH_MM * style.MM, style.HEIGHT_MM * style.MM)
+    )
     options = (arguments.group, arguments.length, arguments.normal_stress)
     print("Shear stress against eq 13")
     style.error_table(*draw_shear(left, runs, labels, *options), arguments.csv)

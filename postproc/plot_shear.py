@@ -14,7 +14,16 @@ import numpy as np
 POINTS_TO_PEAK, POINTS_AFTER = 9, 14
 # A row counts as shear once it has moved this part of the largest displacement
 MOVED = 1e-6
-TABLE = ["run", "sn_kPa", "length_m", "peak_eq12_kPa", "peak_run_kPa", "rms_%_of_peak", "worst_%", "worst_at_mm"]
+TABLE = [
+    "run",
+    "sn_kPa",
+    "length_m",
+    "peak_eq12_kPa",
+    "peak_run_kPa",
+    "rms_%_of_peak",
+    "worst_%",
+    "worst_at_mm",
+]
 
 
 def shear_path(history, group, normal_stress=None):

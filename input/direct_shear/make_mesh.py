@@ -45,7 +45,7 @@ def build_geometry(length):
     pieces = [(2, s) for group in names.values() for s in group]
     _, parents = gmsh.model.occ.fragment(pieces, [])
     gmsh.model.occ.synchronize()
-    new_surfaces = dict(zip(pieces, parents))
+    new_surfaces = dict(zip(pieces, parents, strict=True))
     return {name: [tag for s in group for _, tag in new_surfaces[2, s]] for name, group in names.items()}
 
 
@@ -99,9 +99,13 @@ def make_mesh(length, size, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--length", type=float, default=0.06, help="joint length in m (default 0.06)")
-    parser.add_argument("--size", type=float, default=0.001, help="element size along the joint in m (default 0.001)")
+    parser.add_argument(
+        "--size", type=float, default=0.001, help="element size along the joint in m (default 0.001)"
+    )
     parser.add_argument("--out", default="shear_6cm.msh", help="mesh file to write")
     arguments = parser.parse_args()
     if not 0.0 < arguments.size <= arguments.length / 4:

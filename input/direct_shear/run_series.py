@@ -87,7 +87,9 @@ def velocity_series(folder, again, paper):
         for v in velocities
     ]
     labels = [f"{v} mm/s" for v in velocities]
-    return [draw("plot_shear.py", "fig4a_velocity", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
+    return [
+        draw("plot_shear.py", "fig4a_velocity", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)
+    ]
 
 
 def size_series(folder, again, _):
@@ -141,9 +143,13 @@ SERIES = {
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("series", nargs="*", choices=[[], *SERIES], default=list(SERIES), help="default: all")
-    parser.add_argument("--results", type=Path, default=TOP / "results" / "series", help="where everything goes")
+    parser.add_argument(
+        "--results", type=Path, default=TOP / "results" / "series", help="where everything goes"
+    )
     parser.add_argument("--paper", action="store_true", help="the paper's velocities too (an hour)")
     parser.add_argument("--again", action="store_true", help="repeat runs that are there already")
     arguments = parser.parse_args()

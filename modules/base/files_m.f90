@@ -79,7 +79,7 @@ contains
       integer :: unit, length
 
       text = ''
-   open (newunit=unit, file=trim(path), action='read', status='old', access='stream', form='unformatted', iostat=status)
+      open (newunit=unit, file=trim(path), action='read', status='old', access='stream', form='unformatted', iostat=status)
       if (status /= 0) return
       inquire (unit=unit, size=length)
       if (length > 0) then

@@ -77,13 +77,13 @@ contains
       call self%file%open(self%path, writable=.false.)
       call self%file%get('/', 'format', version)
       if (.not. self%file%failed() .and. version /= format_version) call errors%add(self%path// &
-                  ': written in checkpoint format '//to_text(version)//', this program reads '//to_text(format_version))
+                              ': written in checkpoint format '//to_text(version)//', this program reads '//to_text(format_version))
       call check_count(self, 'nodes', fingerprint%nodes, errors)
       call check_count(self, 'triangles', fingerprint%triangles, errors)
       call check_count(self, 'joints', fingerprint%joints, errors)
       call self%file%get('/', 'deck', deck)
       if (.not. self%file%failed() .and. deck /= fingerprint%deck) call errors%add(self%path// &
-                                                     ': written with another deck; restart with the deck.nml beside it')
+                                                                 ': written with another deck; restart with the deck.nml beside it')
       if (self%file%failed() .or. errors%count() > before) call self%file%close(errors)
    end subroutine open_checkpoint
 
@@ -310,7 +310,7 @@ contains
       same_shape = all(expected == found)
       if (same_shape) return
       do i = 1, size(expected)
-       if (expected(i) /= found(i)) call errors%add(self%path//': '//quoted(name)//' has extent '//to_text(found(i))// &
+         if (expected(i) /= found(i)) call errors%add(self%path//': '//quoted(name)//' has extent '//to_text(found(i))// &
                                                       ' in dimension '//to_text(i)//', expected '//to_text(expected(i)))
       end do
    end function same_shape

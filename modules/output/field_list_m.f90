@@ -120,7 +120,7 @@ contains
       do i = 1, self%n
          associate (field => self%field(i))
             if (size(field%value, 2) /= entities(field%place)) call errors%add('field '//quoted(field%name)//': '// &
-                                  to_text(size(field%value, 2))//' values for '//to_text(entities(field%place))//' '// &
+                                              to_text(size(field%value, 2))//' values for '//to_text(entities(field%place))//' '// &
                                                                                trim(place_name(field%place)))
          end associate
       end do

@@ -134,7 +134,7 @@ contains
       self%mesh_group = '/'//mesh_prefix//trim(number)
       self%entities = [size(mesh%x, 2), size(mesh%triangle, 2), size(mesh%joint, 2)]
       call constant%check(self%entities, errors)
-  if (size(block_edge) /= size(mesh%joint, 2)) call errors%add(self%path//': one block edge for each joint is expected')
+      if (size(block_edge) /= size(mesh%joint, 2)) call errors%add(self%path//': one block edge for each joint is expected')
       if (errors%count() > before) return
 
       call file%open(self%path, writable=.true.)
@@ -226,9 +226,9 @@ contains
       if (len(provenance%deck) <= longest_attribute) then
          call file%put('/', 'deck', provenance%deck)
       else
-        call file%put('/', 'deck', provenance%deck(:longest_attribute)//new_line('a')//'! cut short here: see deck.nml')
+         call file%put('/', 'deck', provenance%deck(:longest_attribute)//new_line('a')//'! cut short here: see deck.nml')
       end if
-   call file%put('/', 'conventions', 'SI units unless the name says otherwise; nodes, triangles, joints and groups '// &
+      call file%put('/', 'conventions', 'SI units unless the name says otherwise; nodes, triangles, joints and groups '// &
                     'count from 0 (-1: none), block edges at 1 (0: none); compression is positive')
    end subroutine put_provenance
 
@@ -243,13 +243,13 @@ contains
       call file%write(at//'triangles', mesh%triangle - 1, '1', 'Nodes of each triangle, anticlockwise, from 0')
       call file%write(at//'triangle_group', mesh%triangle_group - 1, '1', 'Group of each triangle, row of group_name')
       call file%write(at//'joints', mesh%joint - 1, '1', &
-                 'Nodes of each joint element, from 0: A, B on the lower wall (right of A to B), A'', B'' on the upper')
+                      'Nodes of each joint element, from 0: A, B on the lower wall (right of A to B), A'', B'' on the upper')
       call file%write(at//'joint_lines', mesh%joint(:2, :) - 1, '1', 'Nodes A, B of each joint element, from 0')
       call file%write(at//'joint_group', mesh%joint_group - 1, '1', 'Group of each joint element, row of group_name')
-   call file%write(at//'joint_triangles', mesh%joint_triangle - 1, '1', 'Triangles on the lower and upper wall, from 0')
+      call file%write(at//'joint_triangles', mesh%joint_triangle - 1, '1', 'Triangles on the lower and upper wall, from 0')
       call file%write(at//'block_edge', block_edge, '1', 'Block edge of each joint element, id of edges.csv (0: none)')
-     call file%write(at//'surface', mesh%surface - 1, '1', 'Free edges and fracture walls: two nodes, rock on the left')
- call file%write(at//'surface_joint', mesh%surface_joint - 1, '1', 'Joint element whose wall the edge is (-1: outside)')
+      call file%write(at//'surface', mesh%surface - 1, '1', 'Free edges and fracture walls: two nodes, rock on the left')
+      call file%write(at//'surface_joint', mesh%surface_joint - 1, '1', 'Joint element whose wall the edge is (-1: outside)')
       call file%write(at//'surface_group', mesh%surface_group - 1, '1', 'Group of each outer edge, row of group_name')
       call file%write(at//'group_name', mesh%group%name, '1', 'Names of the groups of the mesh file')
       call file%write(at//'group_dimension', mesh%group%dimension, '1', 'Dimension: 0 points, 1 lines, 2 surfaces')

@@ -60,7 +60,7 @@ module hdf5_m
 
    interface
       !> Not in the Fortran interface of HDF5 1.10
- integer(c_int) function c_set_file_locking(access, use_locks, ignore_when_disabled) bind(c, name='H5Pset_file_locking')
+      integer(c_int) function c_set_file_locking(access, use_locks, ignore_when_disabled) bind(c, name='H5Pset_file_locking')
          import :: c_int, c_bool, c_int64_t
          integer(c_int64_t), value :: access
          logical(c_bool), value :: use_locks, ignore_when_disabled

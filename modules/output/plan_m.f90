@@ -28,8 +28,8 @@ contains
          if (size(scene%bonds%active) > 0) call log%say('rock      '//to_text(size(scene%bonds%active))// &
                                                         ' cohesive joint elements from the start')
          if (scene%is_adaptive) call log%say('rock      '//to_text(count(scene%breakable > 0))// &
-                              ' edges stay whole until their stress reaches the strength (looked at every '// &
-                              to_text(scene%check_every)//' steps)')
+                                             ' edges stay whole until their stress reaches the strength (looked at every '// &
+                                             to_text(scene%check_every)//' steps)')
       end if
       if (scene%has_walls) then
          call log%say('walls     '//to_text(size(scene%walls%joint))//' joint elements in wall contact, followed along the '// &

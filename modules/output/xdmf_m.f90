@@ -110,7 +110,7 @@ contains
              '<Time Value="'//trim(adjustl(time))//'"/>'//nl// &
              grid(data_file, snapshot, 'rock', 'Triangle', on_triangles, 'triangles', corners)
       if (snapshot%entities(on_joints) > 0) text = text// &
-                                         grid(data_file, snapshot, 'joints', 'Polyline', on_joints, 'joint_lines', ends)
+                                                   grid(data_file, snapshot, 'joints', 'Polyline', on_joints, 'joint_lines', ends)
       text = text//'</Grid>'
    end function grids
 
@@ -154,7 +154,7 @@ contains
       do i = 1, size(entry)
          associate (e => entry(i))
             if (e%place /= on_nodes .and. e%place /= place) cycle
-           text = text//'<Attribute Name="'//e%dataset(index(e%dataset, '/', back=.true.) + 1:)//'" AttributeType="'// &
+            text = text//'<Attribute Name="'//e%dataset(index(e%dataset, '/', back=.true.) + 1:)//'" AttributeType="'// &
                    trim(merge('Scalar', 'Vector', e%components == 1))//'" Center="'// &
                    trim(merge('Node', 'Cell', e%place == on_nodes))//'">'//nl// &
                    data_item(data_file, e%dataset, 'Float', 8, entities(e%place), e%components)//'</Attribute>'//nl

@@ -36,7 +36,14 @@ def rectangle(arguments):
 def disc(arguments):
     """A disc of diameter --width with two arcs to load it."""
     radius, half = arguments.width / 2, math.radians(arguments.flat) / 2
-    angles = [math.pi / 2 - half, math.pi / 2 + half, math.pi, 1.5 * math.pi - half, 1.5 * math.pi + half, 2 * math.pi]
+    angles = [
+        math.pi / 2 - half,
+        math.pi / 2 + half,
+        math.pi,
+        1.5 * math.pi - half,
+        1.5 * math.pi + half,
+        2 * math.pi,
+    ]
     centre = gmsh.model.geo.addPoint(0, 0, 0)
     points = [gmsh.model.geo.addPoint(radius * math.cos(a), radius * math.sin(a), 0) for a in angles]
     arcs = [gmsh.model.geo.addCircleArc(points[i], centre, points[(i + 1) % 6]) for i in range(6)]
@@ -56,7 +63,9 @@ def add_flaw(arguments, surface, curves):
     if arguments.path > 0:
         for k, tip in zip((-1, 1), tips, strict=True):
             reach = k * (half + arguments.path)
-            ahead.append(gmsh.model.geo.addLine(tip, gmsh.model.geo.addPoint(reach * along[0], reach * along[1], 0)))
+            ahead.append(
+                gmsh.model.geo.addLine(tip, gmsh.model.geo.addPoint(reach * along[0], reach * along[1], 0))
+            )
     gmsh.model.geo.synchronize()
     gmsh.model.mesh.embed(1, [flaw, *ahead], 2, surface)
     curves["flaw"] = [flaw]
@@ -107,7 +116,11 @@ def set_sizes(arguments, tips, lines):
     field.add("Threshold", 2)
     fine = arguments.fine
     for name, value in (
-        ("IField", 1), ("LcMin", arguments.size), ("LcMax", arguments.coarse), ("DistMin", fine), ("DistMax", 3 * fine)
+        ("IField", 1),
+        ("LcMin", arguments.size),
+        ("LcMax", arguments.coarse),
+        ("DistMin", fine),
+        ("DistMax", 3 * fine),
     ):
         field.setNumber(2, name, value)
     field.setAsBackgroundMesh(2)
@@ -137,12 +150,18 @@ def make_mesh(arguments):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("kind", choices=("rectangle", "disc", "flaw"))
     for name, default, meaning in (
-        ("width", 0.5, "width or diameter [m]"), ("height", 1.0, "height [m]"), ("size", 0.05, "element size [m]"),
-        ("flat", 10.0, "loaded arc [degrees]"), ("flaw", 0.5, "length of the flaw [m]"),
-        ("angle", 0.0, "inclination of the flaw [degrees]"), ("path", 0.0, "edges ahead of the tips [m]"),
+        ("width", 0.5, "width or diameter [m]"),
+        ("height", 1.0, "height [m]"),
+        ("size", 0.05, "element size [m]"),
+        ("flat", 10.0, "loaded arc [degrees]"),
+        ("flaw", 0.5, "length of the flaw [m]"),
+        ("angle", 0.0, "inclination of the flaw [degrees]"),
+        ("path", 0.0, "edges ahead of the tips [m]"),
         ("fine", 0.05, "distance from the flaw up to which elements are fine [m]"),
         ("coarse", 0.2, "element size far from the flaw [m]"),
     ):

@@ -15,7 +15,9 @@ def stresses(motion, biot, name):
         vertical, across = motion.stress("stress_yy", block), motion.stress("stress_xx", block)
         near(vertical.mean(), TOTAL - biot * FLUID, 1e-3, f"{name}: stress_yy of {block} [Pa]")
         assert abs(vertical - vertical.mean()).max() < 1e-3 * TOTAL, "stress_yy is not uniform"
-        assert abs(across - (SIDE - biot * FLUID)).max() < 1e-3 * TOTAL, "stress_xx is not the side's less the pressure"
+        assert abs(across - (SIDE - biot * FLUID)).max() < 1e-3 * TOTAL, (
+            "stress_xx is not the side's less the pressure"
+        )
 
 
 def check(results):
