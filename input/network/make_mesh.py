@@ -4,8 +4,8 @@
     python3 make_mesh.py two_sets.csv --size 0.015 --out two_sets.msh
 
 The mesh has the physical surface 'rock', the physical curve 'fractures' (or more, see --group), the physical curves
-'left', 'right', 'bottom' and 'top', and the physical points 'corner_sw', 'corner_se', 'corner_ne', 'corner_nw'. What cleaning changed and the worst elements are printed. Lengths are in metres,
-angles in degrees.
+'left', 'right', 'bottom' and 'top', and the physical points 'corner_sw', 'corner_se', 'corner_ne', 'corner_nw'. What
+cleaning changed and the worst elements are printed. Lengths are in metres, angles in degrees.
 """
 
 import argparse

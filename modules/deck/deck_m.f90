@@ -46,7 +46,7 @@ module deck_m
                                                          'pore_pressure', 'stage']
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=13) :: 'run', repeated_names, &
-                                                        'contact', 'gravity', 'explicit', 'implicit', 'output']
+                                                         'contact', 'gravity', 'explicit', 'implicit', 'output']
 
 contains
 

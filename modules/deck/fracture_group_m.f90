@@ -113,7 +113,7 @@ contains
       if (fracture%friction_angle <= 0.0_wp .or. fracture%friction_angle >= right_angle) return
       tip = fracture%cohesion/tan(radians*fracture%friction_angle)
       if (fracture%tensile_strength > tip) call errors%add(slice%place('tensile_strength')// &
-                                 ': must be at most cohesion/tan(friction_angle) = '//exact_text(tip)//', the tip of the cone')
+                                      ': must be at most cohesion/tan(friction_angle) = '//exact_text(tip)//', the tip of the cone')
    end subroutine check_cut_off
 
    !> Write the effective group, every variable.

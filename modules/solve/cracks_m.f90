@@ -225,7 +225,7 @@ contains
             call stress_across(scene, state, e, 0.5_wp*(stress(:, beside(1)) + stress(:, beside(2))), normal, shear)
          end associate
          over(e) = overstress(rock(scene%breakable(e)), normal, shear) >= &
-                   scene%deck%fracture(scene%breakable(e))%insertion_level
+            scene%deck%fracture(scene%breakable(e))%insertion_level
       end do
       edge = pack([(e, e=1, size(over))], over)
    end function overstressed_edges
