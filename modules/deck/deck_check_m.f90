@@ -71,7 +71,8 @@ contains
          end associate
       end do
       do i = 1, size(deck%fracture)
-         call errors%add(at(deck, deck%fracture(i)%line, 'fracture')//'rock that can break'//instead//'solver = ''explicit''')
+         if (deck%fracture(i)%insertion /= 'none') call errors%add(at(deck, deck%fracture(i)%line, 'fracture')// &
+                                  'insertion = '//quoted(deck%fracture(i)%insertion)//instead//'''none'' or solver = ''explicit''')
       end do
       do i = 1, size(deck%initial)
          call errors%add(at(deck, deck%initial(i)%line, 'initial')//'initial velocities'//instead//'solver = ''explicit''')
