@@ -71,8 +71,11 @@ contains
          end associate
       end do
       do i = 1, size(deck%fracture)
-         if (deck%fracture(i)%insertion /= 'none') call errors%add(at(deck, deck%fracture(i)%line, 'fracture')// &
-                                  'insertion = '//quoted(deck%fracture(i)%insertion)//instead//'''none'' or solver = ''explicit''')
+         associate (fracture => deck%fracture(i))
+            if (fracture%insertion == 'none') cycle
+            call errors%add(at(deck, fracture%line, 'fracture')//'insertion = '//quoted(fracture%insertion)//instead// &
+                            '''none'' or solver = ''explicit''')
+         end associate
       end do
       do i = 1, size(deck%initial)
          call errors%add(at(deck, deck%initial(i)%line, 'initial')//'initial velocities'//instead//'solver = ''explicit''')

@@ -112,8 +112,9 @@ contains
       if (.not. all(is_set([fracture%tensile_strength, fracture%cohesion, fracture%friction_angle]))) return
       if (fracture%friction_angle <= 0.0_wp .or. fracture%friction_angle >= right_angle) return
       tip = fracture%cohesion/tan(radians*fracture%friction_angle)
-      if (fracture%tensile_strength > tip) call errors%add(slice%place('tensile_strength')// &
-                                      ': must be at most cohesion/tan(friction_angle) = '//exact_text(tip)//', the tip of the cone')
+      if (fracture%tensile_strength <= tip) return
+      call errors%add(slice%place('tensile_strength')//': must be at most cohesion/tan(friction_angle) = '//exact_text(tip)// &
+                      ', the tip of the cone')
    end subroutine check_cut_off
 
    !> Write the effective group, every variable.

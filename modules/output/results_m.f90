@@ -300,6 +300,10 @@ contains
       real(wp), allocatable :: energy(:), table(:, :), contact(:)
       integer :: j
 
+      if (scene%can_break) then
+         call errors%add(path//': a run with cohesive joints cannot go on from a checkpoint; start it anew')
+         return
+      end if
       call file%open(path, fingerprint_of(scene), errors)
       if (errors%any()) return
       call file%load('stage', place%stage, errors)
