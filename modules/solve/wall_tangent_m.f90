@@ -41,6 +41,8 @@ module wall_tangent_m
    !> stress the other for shear: blocks that nothing holds yet must not make the system singular
    real(wp), parameter, public :: open_share = 1.0e-4_wp
    real(wp), parameter :: unstressed_share = 0.1_wp
+   !> Walls no further apart than rounding touch [mm]
+   real(wp), parameter :: touching = 1.0e-9_wp
    !> Own nodes of a joint element
    integer, parameter :: own_nodes = 4
    real(wp), parameter :: side(4) = [1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp]
@@ -316,7 +318,7 @@ contains
       if (joints%coupled(j)) overlap = overlap + point%dilation
       stiffness = joints%penalty(j)
       if (stiffness <= 0.0_wp) stiffness = joint_normal_stiffness(joints%law(j), joints%pressure(k)/megapascal)
-      if (overlap < 0.0_wp) stiffness = open_share*stiffness
+      if (overlap < -touching) stiffness = open_share*stiffness
       stiffness = stiffness*megapascal_per_millimetre
    end function normal_stiffness_at
 
