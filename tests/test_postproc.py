@@ -127,6 +127,27 @@ def test_total_angle_is_capped():
     assert np.all(cast_joint(0.06).mobilised_angle(np.linspace(0, 5, 100), 1e-6) <= 70.0 + 1e-12)
 
 
+def test_guards_that_act_are_named():
+    law = cast_joint(0.06)
+    assert law.guards(NORMAL_STRESS) == []
+    assert law.guards(1e-4) == ["angle capped"]  # 15 log10(2/1e-4) + 32 = 96 degrees
+    assert law.guards(2.5) == ["sn >= JCSn"]
+    smooth = Joint(jrc0=1, jcs0=2, l0=0.1, phi_r=30, length=0.1)  # kn0 = -7.15 + 1.75 + 2
+    assert smooth.guards(0.1) == ["kn0 floored"]
+    assert smooth.initial_stiffness == 0.1
+    assert "vm floored" in Joint(jrc0=9.7, jcs0=169, l0=0.2, phi_r=31, length=0.05, a0=0.194).guards(1.0)
+
+
+def test_closure_goes_on_along_its_tangent():
+    law = cast_joint(0.06)
+    kn0, vm = law.initial_stiffness, law.largest_closure
+    limit = kn0 * vm * 0.99 / 0.01
+    assert law.guards(1.01 * limit)[-1] == "closure > 0.99 vm"
+    assert law.closure(limit) == pytest.approx(0.99 * vm, rel=1e-12)
+    assert law.closure(2 * limit) == pytest.approx(0.99 * vm + limit / (kn0 / 0.01**2), rel=1e-12)
+    assert law.normal_stress(law.closure(2 * limit)) == pytest.approx(2 * limit, rel=1e-12)
+
+
 def test_wrong_choice_is_refused():
     with pytest.raises(ValueError, match="eq14"):
         Joint(15, 2, 0.06, 32, 0.06, peak="eq13")
