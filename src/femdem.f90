@@ -15,13 +15,14 @@ program femdem
    use mesh_check_m, only: check_mesh
    use ordering_m, only: order_mesh
    use group_check_m, only: check_groups
-   use scene_m, only: scene_t, build_scene, begin_stage, solver_explicit, solver_implicit
+   use scene_m, only: scene_t, build_scene, begin_stage, solver_explicit, solver_implicit, solver_relaxation
    use state_m, only: state_t
    use cracks_m, only: start_cracks
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
    use implicit_m, only: implicit_cycle, implicit_solver_t
+   use relaxation_m, only: relaxation_cycle
    use results_m, only: results_t, place_t, results_directory, load_state
    use story_m, only: say_start, say_stage, say_end, command_text
    implicit none
@@ -102,6 +103,8 @@ program femdem
             call explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
          case (solver_implicit)
             call implicit_cycle(solver, scene, stage, cycle, log, progress, state, report, errors)
+         case (solver_relaxation)
+            call relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
          end select
          if (errors%any()) call stop_with(status_failed)
          place = place_t(stage, cycle)

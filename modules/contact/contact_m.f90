@@ -47,6 +47,13 @@ module contact_m
       real(wp) :: slip = 0.0_wp
    end type touch_t
 
+   !> What friction remembers: springs, their energy, displacements at the last call of forces
+   type, public :: contact_memory_t
+      private
+      real(wp), allocatable :: elongation(:), stiffness(:), before(:, :)
+      real(wp) :: spring_energy = 0.0_wp
+   end type contact_memory_t
+
    !> Contact between the surfaces of a split mesh
    type, public :: contact_t
       private
@@ -105,6 +112,8 @@ module contact_m
       procedure :: carry_on
       procedure :: add_stiffness
       procedure :: joint_tractions
+      procedure :: recall
+      procedure :: go_back
       procedure :: save_state
       procedure :: restore_state
    end type contact_t
@@ -715,6 +724,32 @@ contains
          shear(joint) = -self%shear(edge)/self%length(edge)
       end do
    end subroutine joint_tractions
+
+   !> What friction remembers now, for a return by go_back.
+   pure subroutine recall(self, displacement, memory)
+      class(contact_t), intent(in) :: self
+      !> Displacement of every node now (2, nodes) [m]
+      real(wp), intent(in) :: displacement(:, :)
+      type(contact_memory_t), intent(out) :: memory
+
+      allocate (memory%elongation, source=self%elongation)
+      allocate (memory%stiffness, source=self%stiffness)
+      allocate (memory%before, source=self%before)
+      memory%spring_energy = self%spring_energy
+      ! While there were no pairs, forces did not follow the motion
+      if (size(self%pair, 2) == 0) memory%before = displacement(:, self%layer)
+   end subroutine recall
+
+   !> Let friction go on from what it remembered before. Pairs stay those of the last search: they carry no history.
+   pure subroutine go_back(self, memory)
+      class(contact_t), intent(inout) :: self
+      type(contact_memory_t), intent(in) :: memory
+
+      self%elongation = memory%elongation
+      self%stiffness = memory%stiffness
+      self%spring_energy = memory%spring_energy
+      self%before = memory%before
+   end subroutine go_back
 
    !> What a checkpoint needs of the contact: the forces on the edges, springs, last displacements, and where the surfaces
    !> were at the last search, from which the same pairs are found again in the same order.

@@ -29,6 +29,7 @@ contains
       call check_stage_names(deck, errors)
       call check_crack_joints(deck, errors)
       if (deck%run%solver == 'implicit') call check_implicit(deck, errors)
+      if (deck%run%solver == 'relaxation') call check_relaxation(deck, errors)
       do i = 1, size(deck%boundary)
          call check_boundary(deck, i, errors)
       end do
@@ -66,8 +67,6 @@ contains
          associate (joint => deck%joint(i))
             if (joint%contact == 'potential') call errors%add(at(deck, joint%line, 'joint')// &
                                                               'contact = ''potential'''//instead//'''wall''')
-            if (joint%friction == 'velocity') call errors%add(at(deck, joint%line, 'joint')// &
-                                                              'friction = ''velocity'''//instead//'''slider''')
          end associate
       end do
       do i = 1, size(deck%fracture)
@@ -77,10 +76,38 @@ contains
                             '''none'' or solver = ''explicit''')
          end associate
       end do
+      call check_at_rest(deck, instead, errors)
+   end subroutine check_implicit
+
+   !> What the relaxation solver cannot do: anything that needs velocities.
+   subroutine check_relaxation(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      character(len=*), parameter :: instead = '; solver = ''relaxation'' cannot do that: use '
+
+      if (deck%contact%friction == 'velocity') call errors%add(at(deck, deck%contact%line, 'contact')// &
+                                                               'friction = ''velocity'''//instead//'''slider''')
+      call check_at_rest(deck, instead, errors)
+   end subroutine check_relaxation
+
+   !> What no solver can do that knows states of rest alone.
+   subroutine check_at_rest(deck, instead, errors)
+      type(deck_t), intent(in) :: deck
+      !> Which solver cannot do it, for the messages
+      character(len=*), intent(in) :: instead
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+
+      do i = 1, size(deck%joint)
+         associate (joint => deck%joint(i))
+            if (joint%friction == 'velocity') call errors%add(at(deck, joint%line, 'joint')// &
+                                                              'friction = ''velocity'''//instead//'''slider''')
+         end associate
+      end do
       do i = 1, size(deck%initial)
          call errors%add(at(deck, deck%initial(i)%line, 'initial')//'initial velocities'//instead//'solver = ''explicit''')
       end do
-   end subroutine check_implicit
+   end subroutine check_at_rest
 
    !> Groups without which there is nothing to run.
    subroutine check_present(deck, errors)

@@ -15,6 +15,7 @@ module deck_m
    use stage_group_m, only: stage_t, read_stage, write_stage
    use explicit_group_m, only: explicit_t, read_explicit, write_explicit
    use implicit_group_m, only: implicit_t, read_implicit, write_implicit
+   use relaxation_group_m, only: relaxation_t, read_relaxation, write_relaxation
    use output_group_m, only: output_t, read_output, write_output
    implicit none
    private
@@ -37,6 +38,7 @@ module deck_m
       type(stage_t), allocatable :: stage(:)
       type(explicit_t) :: explicit
       type(implicit_t) :: implicit
+      type(relaxation_t) :: relaxation
       type(output_t) :: output
    end type deck_t
 
@@ -46,7 +48,8 @@ module deck_m
                                                          'pore_pressure', 'stage']
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=13) :: 'run', repeated_names, &
-                                                         'contact', 'gravity', 'explicit', 'implicit', 'output']
+                                                        'contact', 'gravity', 'explicit', 'implicit', 'relaxation', &
+                                                        'output']
 
 contains
 
@@ -130,6 +133,8 @@ contains
          call read_explicit(slice(i), deck%explicit, errors)
       case ('implicit')
          call read_implicit(slice(i), deck%implicit, errors)
+      case ('relaxation')
+         call read_relaxation(slice(i), deck%relaxation, errors)
       case ('output')
          call read_output(slice(i), deck%output, errors)
       end select
@@ -237,6 +242,7 @@ contains
       end do
       call write_explicit(deck%explicit, unit)
       call write_implicit(deck%implicit, unit)
+      call write_relaxation(deck%relaxation, unit)
       call write_output(deck%output, unit)
    end subroutine write_deck
 

@@ -26,7 +26,7 @@ module run_group_m
                                   variable_t('title', a_path), &
                                   variable_t('mesh', a_path), &
                                   variable_t('solver', an_option)]
-   character(len=*), parameter :: solvers(*) = ['auto    ', 'explicit', 'implicit']
+   character(len=*), parameter :: solvers(*) = ['auto      ', 'explicit  ', 'implicit  ', 'relaxation']
 
 contains
 

@@ -14,7 +14,7 @@ module implicit_m
    use implicit_group_m, only: implicit_t
    use scene_m, only: scene_t
    use state_m, only: state_t
-   use solid_m, only: solid_forces, strain_energy
+   use solid_m, only: solid_forces
    use solid_tangent_m, only: triangle_tangent
    use wall_contact_m, only: find_overlaps, add_wall_forces
    use joints_m, only: couple_walls
@@ -27,6 +27,7 @@ module implicit_m
    use support_m, only: find_loose
    use contact_m, only: contact_energy_t
    use explicit_m, only: cycle_report_t, fraction_done
+   use increment_m, only: increment_t, joints_from_start, keep_unmoved, account_increment
    implicit none
    private
 
@@ -56,16 +57,13 @@ module implicit_m
       procedure :: close => close_solver
    end type implicit_solver_t
 
-   !> One increment: where it starts and what it goes to
-   type :: increment_t
-      type(state_t) :: start
-      !> Surface edges that the walls faced then (walls)
+   !> One increment, and what the iteration needs to know of it
+   type, extends(increment_t) :: newton_increment_t
+      !> Surface edges that the walls faced at its start (walls)
       integer, allocatable :: facing(:)
-      !> Loads at its end, 0 to 1 over the stage
-      real(wp) :: level = 0.0_wp
       !> Longest correction of one iteration [m]
       real(wp) :: longest = huge(1.0_wp)
-   end type increment_t
+   end type newton_increment_t
 
    !> An iteration with a kept matrix must reduce the unbalanced force to this share, or the matrix is made anew
    real(wp), parameter :: good_reduction = 0.3_wp
@@ -100,7 +98,7 @@ contains
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(out) :: report
       type(error_list_t), intent(inout) :: errors
-      type(increment_t) :: increment
+      type(newton_increment_t) :: increment
       real(wp) :: done, part
       integer :: iterations
       logical :: converged
@@ -117,7 +115,7 @@ contains
          call equilibrate(self, scene, increment, state, iterations, converged)
          self%iterations = self%iterations + int(iterations, i8)
          if (converged) then
-            call account(scene, increment%start, state)
+            call account_increment(scene, increment%start, state)
             self%move = state%u - increment%start%u
             self%move_part = part
             done = done + part
@@ -149,7 +147,7 @@ contains
       type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
-      type(increment_t) :: increment
+      type(newton_increment_t) :: increment
 
       call check_support(self, scene, stage, log, errors)
       if (errors%any()) return
@@ -216,7 +214,7 @@ contains
       integer, intent(in) :: stage
       !> Part of the cycle
       real(wp), intent(in) :: part
-      type(increment_t), intent(inout) :: increment
+      type(newton_increment_t), intent(inout) :: increment
       type(state_t), intent(inout) :: state
       real(wp) :: duration, unbalanced
 
@@ -250,7 +248,7 @@ contains
    subroutine equilibrate(self, scene, increment, state, iterations, converged)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
-      type(increment_t), intent(in) :: increment
+      type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       integer, intent(out) :: iterations
       logical, intent(out) :: converged
@@ -316,7 +314,7 @@ contains
    subroutine search_line(self, scene, increment, step, fresh, state, residual, unbalanced)
       type(implicit_solver_t), intent(in) :: self
       type(scene_t), intent(inout) :: scene
-      type(increment_t), intent(in) :: increment
+      type(newton_increment_t), intent(in) :: increment
       !> Step in, the part of it that was taken out (unknowns) [m]
       real(wp), intent(inout) :: step(:)
       !> Does the matrix belong to this state?
@@ -459,7 +457,7 @@ contains
    !> Forces and joints at the displacement state%u, the joints updated from the start of the increment in one step.
    subroutine evaluate(scene, increment, state)
       type(scene_t), intent(inout) :: scene
-      type(increment_t), intent(in) :: increment
+      type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       real(wp) :: guess(size(state%joint))
       integer :: i
@@ -490,20 +488,15 @@ contains
    !> Joints and tractions of the walls for a guess of the dilation that pushes them.
    subroutine update_joints(scene, increment, dilation, state)
       type(scene_t), intent(inout) :: scene
-      type(increment_t), intent(in) :: increment
+      type(newton_increment_t), intent(in) :: increment
       !> (joints) [mm]
       real(wp), intent(in) :: dilation(:)
       type(state_t), intent(inout) :: state
 
-      state%joint = increment%start%joint
-      state%joint%dilation = dilation
+      call joints_from_start(increment%start%joint, dilation, state%joint)
       call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
                         state%opening, state%aperture)
-      ! A joint that neither slips nor feels another stress is not updated at all
-      where (abs(state%joint%u - increment%start%joint%u) <= 0.0_wp .and. &
-             abs(state%joint%sn - increment%start%joint%sn) <= 0.0_wp)
-         state%joint%dilation = increment%start%joint%dilation
-      end where
+      call keep_unmoved(increment%start%joint, state%joint)
    end subroutine update_joints
 
    !> Sum of all nodal forces (2, nodes) [N per m of thickness].
@@ -513,38 +506,6 @@ contains
 
       force = state%solid + state%normal + state%friction + state%load
    end function net_force
-
-   !> Add the work of an increment to the energy account, forces taken as the mean of start and end.
-   pure subroutine account(scene, start, state)
-      type(scene_t), intent(in) :: scene
-      type(state_t), intent(in) :: start
-      type(state_t), intent(inout) :: state
-      real(wp) :: reaction, path, contact, friction, external
-      integer :: n, i
-
-      contact = 0.0_wp
-      friction = 0.0_wp
-      external = 0.0_wp
-      do n = 1, size(state%u, 2)
-         do i = 1, 2
-            path = state%u(i, n) - start%u(i, n)
-            contact = contact - 0.5_wp*(start%normal(i, n) + state%normal(i, n))*path
-            friction = friction - 0.5_wp*(start%friction(i, n) + state%friction(i, n))*path
-            external = external + 0.5_wp*(start%load(i, n) + state%load(i, n))*path
-            if (.not. scene%loads%fixed(i, n)) cycle
-            reaction = start%solid(i, n) + start%normal(i, n) + start%friction(i, n) + start%load(i, n) &
-                       + state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
-            external = external - 0.5_wp*reaction*path
-         end do
-      end do
-      associate (energy => state%energy)
-         energy%contact = energy%contact + contact
-         energy%friction = energy%friction + friction
-         energy%external = energy%external + external
-         energy%kinetic = 0.0_wp
-         energy%strain = strain_energy(scene%solid, state%u)
-      end associate
-   end subroutine account
 
    !> Do surfaces that are no fracture walls press on each other? That contact is not in the equations.
    subroutine check_other_contact(self, scene, stage, log, state, errors)
@@ -583,7 +544,7 @@ contains
    subroutine give_up_increment(self, scene, increment, state)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
-      type(increment_t), intent(in) :: increment
+      type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
 
       state = increment%start
@@ -597,7 +558,7 @@ contains
    subroutine report_failure(scene, stage, cycle, increment, state, errors)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: stage, cycle
-      type(increment_t), intent(in) :: increment
+      type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(in) :: state
       type(error_list_t), intent(inout) :: errors
 

@@ -27,7 +27,7 @@ module scene_m
    private
 
    !> Solvers. A new one is one more number here, one case in chosen_solver and one in the main program.
-   integer, parameter, public :: solver_explicit = 1, solver_implicit = 2
+   integer, parameter, public :: solver_explicit = 1, solver_implicit = 2, solver_relaxation = 3
 
    type, public :: scene_t
       type(deck_t) :: deck
@@ -119,6 +119,8 @@ contains
       select case (deck%run%solver)
       case ('implicit')
          solver = solver_implicit
+      case ('relaxation')
+         solver = solver_relaxation
       case ('explicit')
          solver = solver_explicit
       case default
@@ -143,6 +145,8 @@ contains
       end do
       call init_solid(scene%split%x, scene%split%triangle, density, young, poisson, scene%solid)
       associate (settings => scene%deck%explicit)
+         ! Damping belongs to motion
+         if (scene%solver /= solver_explicit) return
          if (settings%damping == 'viscous') call set_viscosity(scene%solid, settings%damping_factor)
          if (settings%damping == 'local') scene%local_damping = settings%damping_factor
       end associate
@@ -164,7 +168,7 @@ contains
       end do
       allocate (scene%rock_stiffness(nodes), scene%rock_damping(nodes), source=0.0_wp)
       call solid_stiffness_bound(scene%solid, scene%rock_stiffness)
-      if (scene%deck%explicit%damping == 'viscous') then
+      if (scene%solver == solver_explicit .and. scene%deck%explicit%damping == 'viscous') then
          call solid_damping_bound(scene%solid, scene%rock_damping)
          allocate (scene%damping_force(2, nodes), source=0.0_wp)
       else

@@ -16,7 +16,7 @@ module stable_step_m
    implicit none
    private
 
-   public :: stable_step, check_given_step, scaled_mass, longest_stable_step
+   public :: stable_step, check_given_step, stiffness_bound, scaled_mass, longest_stable_step
 
 contains
 

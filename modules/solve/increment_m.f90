@@ -1,0 +1,126 @@
+!> A load increment of the solvers that know states of rest alone (implicit, relaxation): what they start from, how the
+!> joints go from there to wherever the search for equilibrium tries, and the work of an increment that has found it.
+!>
+!> The joint law remembers. A search for equilibrium goes through states that are none; had joints, friction springs and
+!> bonds followed it, every overshoot would have mobilised them. Each trial therefore starts from their state at the start of
+!> the increment, and an increment is one step of every law, however the search went.
+module increment_m
+   use kinds_m, only: wp
+   use cohesive_m, only: cohesive_point_t
+   use contact_m, only: contact_memory_t
+   use joint_point_m, only: joint_point_t
+   use scene_m, only: scene_t
+   use state_m, only: state_t
+   use solid_m, only: strain_energy
+   use bonds_m, only: bonds_work
+   use explicit_m, only: find_forces
+   implicit none
+   private
+
+   public :: joints_from_start, keep_unmoved, start_increment, forces_from_start, account_increment
+
+   !> Where an increment starts and what it goes to
+   type, public :: increment_t
+      type(state_t) :: start
+      !> Loads at its end, 0 to 1 over the stage
+      real(wp) :: level = 0.0_wp
+      !> Bonds and friction of the general contact at its start
+      type(cohesive_point_t), allocatable :: bond(:, :)
+      type(contact_memory_t) :: contact
+   end type increment_t
+
+contains
+
+   !> Joints as they were at the start, with a guess of the dilation that pushes the walls.
+   pure subroutine joints_from_start(start, dilation, point)
+      !> Joints at the start of the increment (joints)
+      type(joint_point_t), intent(in) :: start(:)
+      !> (joints) [mm]
+      real(wp), intent(in) :: dilation(:)
+      type(joint_point_t), intent(out) :: point(:)
+
+      point = start
+      point%dilation = dilation
+   end subroutine joints_from_start
+
+   !> Joints that have neither slipped nor felt another stress were not updated, and still have the guess.
+   pure subroutine keep_unmoved(start, point)
+      !> Joints at the start of the increment, and now (joints)
+      type(joint_point_t), intent(in) :: start(:)
+      type(joint_point_t), intent(inout) :: point(:)
+
+      where (abs(point%u - start%u) <= 0.0_wp .and. abs(point%sn - start%sn) <= 0.0_wp)
+         point%dilation = start%dilation
+      end where
+   end subroutine keep_unmoved
+
+   !> Remember all that forces depend on but displacements, and find the forces there.
+   subroutine start_increment(scene, level, state, increment)
+      type(scene_t), intent(inout) :: scene
+      !> Loads now, 0 to 1 over the stage
+      real(wp), intent(in) :: level
+      type(state_t), intent(inout) :: state
+      type(increment_t), intent(out) :: increment
+      logical :: searched
+
+      increment%start = state
+      if (scene%can_break) increment%bond = scene%bonds%point
+      if (scene%has_contact) call scene%contact%recall(state%u, increment%contact)
+      call forces_from_start(scene, increment, level, state, searched)
+      state%joint = increment%start%joint
+      increment%start = state
+   end subroutine start_increment
+
+   !> The forces of the explicit solver at the displacement state%u; joints, bonds and friction go there in one step from
+   !> the start of the increment. Dilation that pushes the walls is that of the last call.
+   subroutine forces_from_start(scene, increment, level, state, searched)
+      type(scene_t), intent(inout) :: scene
+      type(increment_t), intent(in) :: increment
+      real(wp), intent(in) :: level
+      type(state_t), intent(inout) :: state
+      !> Has contact found new pairs?
+      logical, intent(out) :: searched
+      real(wp) :: dilation(size(state%joint))
+
+      dilation = state%joint%dilation
+      call joints_from_start(increment%start%joint, dilation, state%joint)
+      if (scene%can_break) scene%bonds%point = increment%bond
+      if (scene%has_contact) call scene%contact%go_back(increment%contact)
+      call find_forces(scene, level, state, searched)
+      call keep_unmoved(increment%start%joint, state%joint)
+   end subroutine forces_from_start
+
+   !> Add the work of an increment to the energy account, forces taken as the mean of start and end.
+   subroutine account_increment(scene, start, state)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: start
+      type(state_t), intent(inout) :: state
+      real(wp) :: reaction, path, contact, friction, external
+      integer :: n, i
+
+      contact = 0.0_wp
+      friction = 0.0_wp
+      external = 0.0_wp
+      do n = 1, size(state%u, 2)
+         do i = 1, 2
+            path = state%u(i, n) - start%u(i, n)
+            contact = contact - 0.5_wp*(start%normal(i, n) + state%normal(i, n))*path
+            friction = friction - 0.5_wp*(start%friction(i, n) + state%friction(i, n))*path
+            external = external + 0.5_wp*(start%load(i, n) + state%load(i, n))*path
+            if (.not. scene%loads%fixed(i, n)) cycle
+            reaction = start%solid(i, n) + start%normal(i, n) + start%friction(i, n) + start%load(i, n) &
+                       + state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
+            external = external - 0.5_wp*reaction*path
+         end do
+      end do
+      associate (energy => state%energy)
+         energy%contact = energy%contact + contact
+         energy%friction = energy%friction + friction
+         energy%external = energy%external + external
+         energy%kinetic = 0.0_wp
+         energy%strain = strain_energy(scene%solid, state%u)
+         energy%fracture = bonds_work(scene%bonds)
+      end associate
+   end subroutine account_increment
+
+end module increment_m

@@ -1,0 +1,280 @@
+!> Relaxation solver: one load increment of a stage after the other, each followed in pseudo-time until it is at rest.
+!>
+!> The forces are those of the explicit solver. Masses are fictitious, so that a step of 1 is stable everywhere and every node
+!> moves as fast as it may; whenever the kinetic energy has passed a peak all motion is stopped (kinetic damping). What is
+!> left when nothing moves any more is an equilibrium. A block that nothing holds never stops: that is found and said.
+module relaxation_m
+   use kinds_m, only: wp, i8
+   use errors_m, only: error_list_t
+   use text_m, only: to_text
+   use log_m, only: log_t, progress_t
+   use scene_m, only: scene_t
+   use state_m, only: state_t
+   use joints_m, only: have_stiffened
+   use loads_m, only: loads_t, smooth_ramp
+   use motion_m, only: unbalanced_ratio
+   use stable_step_m, only: stiffness_bound, scaled_mass
+   use cracks_m, only: note_cracks, overstressed_edges, cut_overstressed, describe_bonds
+   use explicit_m, only: cycle_report_t, fraction_done
+   use increment_m, only: increment_t, start_increment, forces_from_start, account_increment
+   implicit none
+   private
+
+   public :: relaxation_cycle, push_nodes, back_to_peak
+
+   !> Steps over which an increment's prescribed displacements and loads come on, at least
+   integer, parameter :: ramp_steps = 50
+   !> While they come on nothing prescribed moves by more than this part of the smallest triangle's height in a step
+   real(wp), parameter :: ramp_stride = 0.05_wp
+   !> Steps between two looks at the balance of forces, and at the clock and at what has come loose
+   integer, parameter :: steps_between_looks = 10, looks_between_ticks = 10
+   !> The last increment goes on when this leaves an unbalanced force ratio no greater
+   real(wp), parameter :: near = 0.1_wp
+   !> Kinetic energy that only an unstable motion has [J per m]; its square is still a number
+   real(wp), parameter :: absurd_energy = 1.0e100_wp
+
+contains
+
+   !> One cycle of a stage, in as many increments as the deck says. On failure errors says when, where and what.
+   subroutine relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
+      type(scene_t), intent(inout) :: scene
+      !> Stage and cycle, from 1
+      integer, intent(in) :: stage, cycle
+      type(log_t), intent(in) :: log
+      type(progress_t), intent(inout) :: progress
+      type(state_t), intent(inout) :: state
+      type(cycle_report_t), intent(out) :: report
+      type(error_list_t), intent(inout) :: errors
+      type(increment_t) :: increment
+      real(wp) :: level, duration
+      integer :: substep, cycles, substeps
+      logical :: changed
+
+      cycles = scene%deck%stage(stage)%cycles
+      substeps = scene%deck%relaxation%substeps
+      duration = scene%deck%stage(stage)%move_time/real(substeps, wp)
+      report%smallest_step = duration
+      ! A new stage prescribes another motion
+      if (cycle == 1) state%v = 0.0_wp
+      do substep = 1, substeps
+         level = (real(cycle - 1, wp) + real(substep - 1, wp)/real(substeps, wp))/real(cycles, wp)
+         call start_increment(scene, level, state, increment)
+         increment%level = (real(cycle - 1, wp) + real(substep, wp)/real(substeps, wp))/real(cycles, wp)
+         call come_to_rest(scene, stage, cycle, increment, level, duration, state, report, errors)
+         if (errors%any()) return
+         ! Velocities are means over the increment: so the next one goes on
+         state%v = (state%u - increment%start%u)/duration
+         state%time = state%time + duration
+         level = increment%level
+         do
+            if (.not. scene%can_break) exit
+            call let_crack(scene, state, changed)
+            if (.not. changed) exit
+            call start_increment(scene, level, state, increment)
+            increment%level = level
+            call come_to_rest(scene, stage, cycle, increment, level, 0.0_wp, state, report, errors)
+            if (errors%any()) return
+         end do
+         call progress%tick(log, fraction_done(scene, stage, cycle, .true., real(substep, wp)/real(substeps, wp)))
+      end do
+      state%time = state%time + max(0.0_wp, scene%deck%stage(stage)%rest_time)
+      report%unbalanced = unbalanced_ratio(scene%loads, state)
+      call describe_bonds(scene, state)
+   end subroutine relaxation_cycle
+
+   !> Follow an increment until it is at rest, and book its work.
+   subroutine come_to_rest(scene, stage, cycle, increment, level, duration, state, report, errors)
+      type(scene_t), intent(inout) :: scene
+      integer, intent(in) :: stage, cycle
+      type(increment_t), intent(in) :: increment
+      !> Loads at its start, 0 to 1 over the stage
+      real(wp), intent(in) :: level
+      !> Time that prescribed velocities act [s]
+      real(wp), intent(in) :: duration
+      type(state_t), intent(inout) :: state
+      type(cycle_report_t), intent(inout) :: report
+      type(error_list_t), intent(inout) :: errors
+      real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part
+      integer :: step, ramp
+      logical :: searched, loose
+
+      call find_masses(scene, .true., state, mass)
+      call guess(scene, increment, duration, state, ramp)
+      v = 0.0_wp
+      before = 0.0_wp
+      do step = 1, scene%deck%relaxation%max_steps + ramp
+         part = 1.0_wp
+         if (step < ramp) part = smooth_ramp(real(step, wp)/real(ramp, wp))
+         where (scene%loads%fixed) state%u = increment%start%u + part*duration*scene%loads%velocity
+         call forces_from_start(scene, increment, level + part*(increment%level - level), state, searched)
+         report%steps = report%steps + 1_i8
+         state%step = state%step + 1_i8
+         if (searched .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint)) &
+            call find_masses(scene, .false., state, mass)
+         if (step >= ramp .and. mod(step - ramp, steps_between_looks) == 0) then
+            if (unbalanced_ratio(scene%loads, state) <= scene%deck%relaxation%tolerance) then
+               call account_increment(scene, increment%start, state)
+               return
+            end if
+            loose = mod(step, looks_between_ticks) == 0 .and. has_left(scene, increment, state)
+            if (loose) exit
+         end if
+         call push_nodes(scene%loads%fixed, mass, before <= 0.0_wp, state, v, kinetic)
+         ! A comparison with NaN is false
+         if (.not. kinetic < absurd_energy) exit
+         if (kinetic < before) then
+            call back_to_peak(scene%loads%fixed, mass, state, v)
+            before = 0.0_wp
+         else
+            where (.not. scene%loads%fixed) state%u = state%u + v
+            before = kinetic
+         end if
+      end do
+      call report_failure(scene, stage, cycle, increment, step, state, errors)
+   end subroutine come_to_rest
+
+   !> First guess: the free nodes go on as in the last increment, prescribed displacements and loads come on at once. Where
+   !> that is far from balance, nodes stand still and the increment comes on over a ramp.
+   subroutine guess(scene, increment, duration, state, ramp)
+      type(scene_t), intent(inout) :: scene
+      type(increment_t), intent(in) :: increment
+      real(wp), intent(in) :: duration
+      type(state_t), intent(inout) :: state
+      !> Steps over which the increment comes on
+      integer, intent(out) :: ramp
+      real(wp) :: farthest
+      logical :: searched
+
+      ramp = 1
+      if (duration <= 0.0_wp) return
+      if (any(abs(state%v) > 0.0_wp)) then
+         where (scene%loads%fixed)
+            state%u = increment%start%u + duration*scene%loads%velocity
+         elsewhere
+            state%u = increment%start%u + duration*state%v
+         end where
+         call forces_from_start(scene, increment, increment%level, state, searched)
+         if (unbalanced_ratio(scene%loads, state) <= near) return
+         state%u = increment%start%u
+      end if
+      farthest = duration*maxval(abs(scene%loads%velocity), mask=scene%loads%fixed)
+      ramp = ramp_steps
+      if (any(scene%loads%fixed)) ramp = max(ramp, ceiling(farthest/(ramp_stride*minval(scene%solid%height))))
+   end subroutine guess
+
+   !> Fictitious masses for which a step of 1 is stable at the present stiffness. While an increment lasts they only grow.
+   subroutine find_masses(scene, anew, state, mass)
+      type(scene_t), intent(inout) :: scene
+      logical, intent(in) :: anew
+      type(state_t), intent(in) :: state
+      !> (nodes) [N/m per m of thickness]
+      real(wp), intent(inout) :: mass(:)
+      real(wp) :: stiffness(size(mass))
+
+      if (anew) mass = 0.0_wp
+      call stiffness_bound(scene, state, stiffness)
+      mass = scaled_mass(stiffness, 0.0_wp, mass, 1.0_wp/scene%deck%relaxation%safety)
+   end subroutine find_masses
+
+   !> Velocities half a step on, and their kinetic energy. From rest the first step is half a one.
+   pure subroutine push_nodes(fixed, mass, from_rest, state, v, kinetic)
+      !> Prescribed components (2, nodes)
+      logical, intent(in) :: fixed(:, :)
+      !> Fictitious mass (nodes) [N/m per m of thickness]
+      real(wp), intent(in) :: mass(:)
+      logical, intent(in) :: from_rest
+      !> Its forces are known
+      type(state_t), intent(in) :: state
+      !> Fictitious velocity (2, nodes) [m per step]
+      real(wp), intent(inout) :: v(:, :)
+      !> [J per m of thickness]
+      real(wp), intent(out) :: kinetic
+      real(wp) :: part, force
+      integer :: n, i
+
+      part = merge(0.5_wp, 1.0_wp, from_rest)
+      kinetic = 0.0_wp
+      do n = 1, size(mass)
+         do i = 1, 2
+            if (fixed(i, n)) cycle
+            force = state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
+            v(i, n) = v(i, n) + part*force/mass(n)
+            kinetic = kinetic + 0.5_wp*mass(n)*v(i, n)**2
+         end do
+      end do
+   end subroutine push_nodes
+
+   !> The kinetic energy has fallen in the push just done: go back to where it was largest, half a step before, and stop.
+   pure subroutine back_to_peak(fixed, mass, state, v)
+      logical, intent(in) :: fixed(:, :)
+      real(wp), intent(in) :: mass(:)
+      !> Its forces are those of the push
+      type(state_t), intent(inout) :: state
+      real(wp), intent(inout) :: v(:, :)
+      real(wp) :: force
+      integer :: n, i
+
+      do n = 1, size(mass)
+         do i = 1, 2
+            if (fixed(i, n)) cycle
+            force = state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
+            state%u(i, n) = state%u(i, n) - 0.5_wp*(v(i, n) - force/mass(n))
+         end do
+      end do
+      v = 0.0_wp
+   end subroutine back_to_peak
+
+   !> Note what has broken and cut the edges whose stress has reached the strength.
+   subroutine let_crack(scene, state, changed)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      !> Have mesh or contact changed, so that there is no equilibrium any more?
+      logical, intent(out) :: changed
+      integer, allocatable :: edge(:), parent(:)
+
+      call note_cracks(scene, state, changed)
+      if (.not. scene%is_adaptive) return
+      edge = overstressed_edges(scene, state)
+      if (size(edge) == 0) return
+      changed = .true.
+      call cut_overstressed(scene, state, edge, parent)
+   end subroutine let_crack
+
+   !> Has a node moved farther in this increment than the scene is large, beyond what is prescribed?
+   pure logical function has_left(scene, increment, state)
+      type(scene_t), intent(in) :: scene
+      type(increment_t), intent(in) :: increment
+      type(state_t), intent(in) :: state
+      real(wp) :: extent(2)
+
+      extent = maxval(scene%split%x, dim=2) - minval(scene%split%x, dim=2)
+      has_left = maxval(abs(state%u - increment%start%u), mask=.not. scene%loads%fixed) > maxval(extent)
+   end function has_left
+
+   !> Say when and where the rock does not come to rest.
+   subroutine report_failure(scene, stage, cycle, increment, steps, state, errors)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage, cycle
+      type(increment_t), intent(in) :: increment
+      integer, intent(in) :: steps
+      type(state_t), intent(in) :: state
+      type(error_list_t), intent(inout) :: errors
+      integer :: n, worst
+      real(wp) :: path(size(state%mass))
+
+      do n = 1, size(path)
+         path(n) = norm2(state%u(:, n) - increment%start%u(:, n))
+         ! Not a number
+         if (.not. path(n) <= huge(1.0_wp)) path(n) = huge(1.0_wp)
+      end do
+      worst = maxloc(path, dim=1)
+      call errors%add('the rock near x = '//to_text(scene%split%x(1, worst))//', y = '//to_text(scene%split%x(2, worst))// &
+                      ' does not come to rest at time '//to_text(state%time)//' s (stage '''// &
+                      trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', load level '// &
+                      to_text(increment%level)//'): it has moved '//to_text(path(worst))//' m in '//to_text(steps)// &
+                      ' steps of relaxation, and the unbalanced force ratio is '// &
+                      to_text(unbalanced_ratio(scene%loads, state))//'; where a block has come loose, follow its motion with '// &
+                      'solver = ''explicit''; else try more cycles or a larger &relaxation max_steps or tolerance')
+   end subroutine report_failure
+
+end module relaxation_m
