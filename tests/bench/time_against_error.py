@@ -117,24 +117,23 @@ def cases(scenes, solvers, quick):
     steps = [5, 20] if quick else [2, 5, 20]
     found = []
     for size in sizes:
-        for solver in solvers if "shear" in scenes else ():
-            if solver == "explicit":
-                # Velocity tells at one size; the steps are as many at each
-                chosen = velocities if size in (sizes[0], sizes[-1]) else []
-                found += [Case("shear", solver, size, f"{v:g} mm/s", explicit_shear(v)) for v in chosen]
-            else:
+        for solver in solvers:
+            # Solvers that step take long: the coarsest and the finest size show what size does
+            if solver != "implicit" and size not in (sizes[0], sizes[-1]):
+                continue
+            if "shear" in scenes and solver == "explicit":
+                found += [Case("shear", solver, size, f"{v:g} mm/s", explicit_shear(v)) for v in velocities]
+            elif "shear" in scenes:
                 found += [
                     Case("shear", solver, size, f"{i:g} mm", with_solver(implicit_shear(i), solver))
                     for i in increments
                 ]
-        for solver in solvers if "closure" in scenes else ():
-            for n in steps:
-                if solver == "explicit":
-                    if size == sizes[0]:
+            if "closure" in scenes and (solver == "implicit" or size == sizes[0]):
+                for n in steps:
+                    if solver == "explicit":
                         deck = closure_deck("closure_6cm.nml", n)
-                        found.append(Case("closure", solver, size, f"{n} steps", deck))
-                else:
-                    deck = with_solver(closure_deck("closure_6cm_implicit.nml", n), solver)
+                    else:
+                        deck = with_solver(closure_deck("closure_6cm_implicit.nml", n), solver)
                     found.append(Case("closure", solver, size, f"{n} steps", deck))
     return found
 
@@ -231,7 +230,7 @@ def measure(case, reference, folder, repeat, long):
 def measure_all(arguments, folder):
     """Rows of all cases whose run ended well."""
     repeat = 1 if arguments.quick else arguments.repeat
-    solvers = known_solvers(folder)
+    solvers = [solver for solver in known_solvers(folder) if solver in arguments.solver]
     reference, _ = prepare(Case("shear", "implicit", 1.0, "reference", implicit_shear(0.01)), folder)
     chosen = cases(arguments.scene, solvers, arguments.quick)
     found = [measure(case, reference, folder, repeat, arguments.long) for case in chosen]
@@ -273,14 +272,17 @@ def draw(rows, out):
                 color=style.PALETTE[sizes.index(row[2])],
                 zorder=3,
             )
-            if row[2] == sizes[0] or row[front]:
-                above = row[1] == "explicit"
+            if row[2] == sizes[0]:  # the other sizes have the same settings
+                above = row[1] != "implicit" or scene == "closure"
                 axes.annotate(
                     row[3],
                     (row[time], row[error]),
-                    xytext=(4, 3) if above else (-3, -9),
+                    xytext=(3, 3) if above else (2, -4),
                     textcoords="offset points",
                     fontsize=6,
+                    rotation=45 if above else -45,
+                    rotation_mode="anchor",
+                    va="bottom" if above else "center",
                 )
         axes.set(
             xscale="log",
@@ -326,6 +328,12 @@ def main():
     )
     parser.add_argument("--results", type=Path, default=TOP / "results" / "bench" / "time_against_error")
     parser.add_argument("--figure", type=Path, help="figure without suffix (default: in --results)")
+    parser.add_argument(
+        "--solver", nargs="+", choices=SOLVERS, default=SOLVERS, help="default: all that there are"
+    )
+    parser.add_argument(
+        "--add", action="store_true", help="keep the CSV's rows of settings that are not run now"
+    )
     parser.add_argument("--redraw", action="store_true", help="table and figure from the CSV that is there")
     arguments = parser.parse_args()
     if not PROGRAM.exists():
@@ -336,6 +344,9 @@ def main():
         rows = read_rows(folder / "time_against_error.csv")
     else:
         rows = measure_all(arguments, folder)
+        if arguments.add:
+            new = [tuple(row[:4]) for row in rows]
+            rows += [row for row in read_rows(folder / "time_against_error.csv") if tuple(row[:4]) not in new]
     mark_front(rows)
     rows.sort(key=lambda row: (row[0], row[HEADER.index("user_ratio")]))
     style.error_table(HEADER, rows, folder / "time_against_error.csv")
