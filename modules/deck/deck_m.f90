@@ -48,8 +48,8 @@ module deck_m
                                                          'pore_pressure', 'stage']
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=13) :: 'run', repeated_names, &
-                                                        'contact', 'gravity', 'explicit', 'implicit', 'relaxation', &
-                                                        'output']
+                                                         'contact', 'gravity', 'explicit', 'implicit', 'relaxation', &
+                                                         'output']
 
 contains
 
