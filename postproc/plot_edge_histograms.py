@@ -10,6 +10,7 @@ import figure_style as style
 import matplotlib.pyplot as plt
 import network_maps as maps
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 BINS = 14
 MOST = 98  # per cent of the block edges inside the axis; the last bar takes those beyond
@@ -59,8 +60,12 @@ def main():
                 ]
             )
         beyond = int((everything > most).sum())
-        axes.set_xlabel(text + (f"; {beyond} beyond in the last bar" if beyond else ""))
+        axes.set_xlabel(text)
+        if beyond:
+            note = f"last bars: {beyond} beyond"
+            axes.text(1.0, -0.2, note, transform=axes.transAxes, ha="right", va="top", fontsize=6.5, color="#555555")
         axes.set_ylabel("Block edges")
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     handles = [plt.Rectangle((0, 0), 1, 1, color=style.PALETTE[i % len(style.PALETTE)]) for i in range(len(runs))]
     handles.append(plt.Line2D([], [], color="#555555", linestyle="--", linewidth=1.1))
     grid[1].legend(handles, [*labels, "mean"])

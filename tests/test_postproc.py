@@ -275,6 +275,52 @@ def test_plot_map_lists_fields_and_refuses_unknown_ones(tmp_path):
     assert "Traceback" not in done.stderr
 
 
+def write_cracks(directory):
+    """Two cracks, one of them later than the snapshots"""
+    rows = ["time_s,stage,x_m,y_m,angle_deg,length_m,mode,energy_J"]
+    rows += ["0.15,load,0.5,0.5,45,0.2,I,1.0", "0.3,load,1.5,1.5,0,0.1,II,1.0"]
+    (directory / "cracks.csv").write_text("\n".join(rows) + "\n")
+    return directory
+
+
+@pytest.mark.parametrize("name", ["network", "models"])
+def test_maps_side_by_side(tmp_path, name):
+    runs = [write_network(tmp_path / f"{k}", seed=k) for k in range(2)]
+    write_cracks(runs[1])
+    done = script(f"plot_{name}", *runs, "--out", tmp_path / name, "--labels", "first", "second")
+    check_figures(done, tmp_path / name)
+    cracks = [line.split()[-1] for line in done.stdout.splitlines() if "aperture_mm" in line]
+    assert cracks == ["0", "1"]
+    assert script(f"plot_{name}", *runs, "--labels", "one").returncode != 0
+
+
+def test_one_run_is_drawn_stage_by_stage(tmp_path):
+    check_figures(script("plot_network", write_network(tmp_path)), tmp_path / "figures" / "network")
+
+
+def test_cracks_are_placed_by_centre_angle_and_length(tmp_path):
+    import network_maps
+
+    run = Results(write_cracks(write_network(tmp_path)))
+    half = 0.1 * np.sqrt(0.5)
+    cracks = network_maps.read_cracks(run, time=0.2)
+    assert cracks.lines == pytest.approx(np.array([[[0.5 - half, 0.5 - half], [0.5 + half, 0.5 + half]]]))
+    assert list(network_maps.read_cracks(run).mode) == ["I", "II"]
+
+
+def test_plot_edge_histograms(tmp_path):
+    runs = [write_network(tmp_path / f"{k}", seed=k) for k in range(2)]
+    done = script("plot_edge_histograms", *runs, "--csv", tmp_path / "edges.csv", "--out", tmp_path / "h")
+    check_figures(done, tmp_path / "h")
+    assert (tmp_path / "edges.csv").read_text().startswith("run,quantity,edges")
+
+
+def test_plot_stress(tmp_path):
+    done = script("plot_stress", write_network(tmp_path))
+    check_figures(done, tmp_path / "figures" / "stress")
+    assert "mean stress_xx" in done.stdout
+
+
 def test_plot_mesh(tmp_path):
     done = script("plot_mesh", write_network(tmp_path))
     check_figures(done, tmp_path / "figures" / "mesh")
