@@ -14,7 +14,10 @@ from matplotlib.ticker import MaxNLocator
 
 BINS = 14
 MOST = 98  # per cent of the block edges inside the axis; the last bar takes those beyond
-QUANTITIES = {"mean_aperture_mm": "Mean aperture [mm]", "mean_shear_displacement_mm": "Mean shear displacement [mm]"}
+QUANTITIES = {
+    "mean_aperture_mm": "Mean aperture [mm]",
+    "mean_shear_displacement_mm": "Mean shear displacement [mm]",
+}
 HEADER = ["run", "quantity", "edges", "mean", "median", "largest", "mean_of_long_edges"]
 
 
@@ -29,7 +32,10 @@ def main():
         raise style.ResultsError(f"{len(labels)} labels for {len(runs)} results directories")
     edges = [run.edges for run in runs]
     figure, grid = plt.subplots(
-        1, 2, figsize=(1.35 * style.WIDTH_MM * style.MM, 0.8 * style.HEIGHT_MM * style.MM), constrained_layout=True
+        1,
+        2,
+        figsize=(1.35 * style.WIDTH_MM * style.MM, 0.8 * style.HEIGHT_MM * style.MM),
+        constrained_layout=True,
     )
     table = []
     for axes, (quantity, text) in zip(grid, QUANTITIES.items(), strict=True):
@@ -46,7 +52,9 @@ def main():
             rwidth=0.85,
         )
         for i, (table_of, value, label) in enumerate(zip(edges, values, labels, strict=True)):
-            axes.axvline(value.mean(), color=style.PALETTE[i % len(style.PALETTE)], linestyle="--", linewidth=1.1)
+            axes.axvline(
+                value.mean(), color=style.PALETTE[i % len(style.PALETTE)], linestyle="--", linewidth=1.1
+            )
             long = table_of.length_m > table_of.length_m.mean()
             table.append(
                 [
@@ -63,10 +71,14 @@ def main():
         axes.set_xlabel(text)
         if beyond:
             note = f"last bars: {beyond} beyond"
-            axes.text(1.0, -0.2, note, transform=axes.transAxes, ha="right", va="top", fontsize=6.5, color="#555555")
+            axes.text(
+                1.0, -0.2, note, transform=axes.transAxes, ha="right", va="top", fontsize=6.5, color="#555555"
+            )
         axes.set_ylabel("Block edges")
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    handles = [plt.Rectangle((0, 0), 1, 1, color=style.PALETTE[i % len(style.PALETTE)]) for i in range(len(runs))]
+    handles = [
+        plt.Rectangle((0, 0), 1, 1, color=style.PALETTE[i % len(style.PALETTE)]) for i in range(len(runs))
+    ]
     handles.append(plt.Line2D([], [], color="#555555", linestyle="--", linewidth=1.1))
     grid[1].legend(handles, [*labels, "mean"])
     style.error_table(HEADER, table, arguments.csv)

@@ -13,7 +13,9 @@ import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 
 PASCALS = 1e6  # in a megapascal
-TAILS = 1.0  # per cent of the area left out at either end of the colours: tips and corners would take them all
+TAILS = (
+    1.0  # per cent of the area left out at either end of the colours: tips and corners would take them all
+)
 TICKS = 22  # ticks of the direction along the longer side
 FIELDS = {"stress_1": "Largest compression [MPa]", "stress_3": "Least compression [MPa]"}
 

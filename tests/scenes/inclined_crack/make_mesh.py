@@ -14,7 +14,9 @@ COARSE = 20  # largest element over the side of the square is one over this
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--half-length", type=float, required=True, help="half-length of the crack (m)")
     parser.add_argument("--strike", type=float, required=True, help="angle of the crack from x (degrees)")
     parser.add_argument("--side", type=float, required=True, help="side of the square (m)")
@@ -25,7 +27,9 @@ def main():
     gmsh.option.setNumber("General.Terminal", 0)
     geo = gmsh.model.geo
     half = given.side / 2
-    corners = [geo.addPoint(x, y, 0.0) for x, y in ((-half, -half), (half, -half), (half, half), (-half, half))]
+    corners = [
+        geo.addPoint(x, y, 0.0) for x, y in ((-half, -half), (half, -half), (half, half), (-half, half))
+    ]
     sides = [geo.addLine(corners[k], corners[(k + 1) % 4]) for k in range(4)]
     surface = geo.addPlaneSurface([geo.addCurveLoop(sides)])
     along = [given.half_length * f(math.radians(given.strike)) for f in (math.cos, math.sin)]
@@ -46,7 +50,9 @@ def main():
         gmsh.model.setPhysicalName(dimension, gmsh.model.addPhysicalGroup(dimension, tags), name)
     size = f"{given.size} + {GRADING}*max(0, sqrt(x*x + y*y) - {given.half_length})"
     field = gmsh.model.mesh.field.add("MathEval")
-    gmsh.model.mesh.field.setString(field, "F", f"min({given.side / COARSE}, {size})".replace("min", "Min").replace("max", "Max"))
+    gmsh.model.mesh.field.setString(
+        field, "F", f"min({given.side / COARSE}, {size})".replace("min", "Min").replace("max", "Max")
+    )
     gmsh.model.mesh.field.setAsBackgroundMesh(field)
     for option in ("FromPoints", "FromCurvature", "ExtendFromBoundary"):
         gmsh.option.setNumber(f"Mesh.MeshSize{option}", 0)

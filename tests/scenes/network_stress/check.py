@@ -34,7 +34,10 @@ def check(results):
     folder = Path(results).parent
     whole = Motion(results)
     check_stress(whole, "with fractures")
-    ratios = [float(x) for x in re.findall(r"unbalanced force ratio ([0-9.E+-]+)", (Path(results) / "run.log").read_text())]
+    ratios = [
+        float(x)
+        for x in re.findall(r"unbalanced force ratio ([0-9.E+-]+)", (Path(results) / "run.log").read_text())
+    ]
     assert len(ratios) == len(PHASES) and max(ratios) <= EQUILIBRIUM, f"unbalanced force ratios {ratios}"
 
     # The same phase II-B, and II-A, branched from a saved phase I
@@ -52,7 +55,9 @@ def check(results):
     # Without fractures the stress is uniform, in the corners that hold rigid motion too
     deck = (folder / "phase_2b.nml").read_text(encoding="utf-8")
     joint = next(line for line in deck.splitlines() if line.startswith("&joint"))
-    intact = Motion(run_deck(folder, changed_deck(folder, "phase_2b.nml", "intact.nml", (joint, "")), "intact"))
+    intact = Motion(
+        run_deck(folder, changed_deck(folder, "phase_2b.nml", "intact.nml", (joint, "")), "intact")
+    )
     check_stress(intact, "without fractures")
     for step, (sxx, syy) in enumerate(PHASES):
         for name, applied in (("stress_xx", sxx), ("stress_yy", syy), ("stress_xy", 0.0)):

@@ -16,7 +16,9 @@ def check(results):
 
     x, y = GRAVITY * math.sin(ANGLE), GRAVITY * math.cos(ANGLE)
     change = ("gx = 6.3057463 , gy = -7.5148960", f"gx = {x:.8f}, gy = {-y:.8f}")
-    motion = Motion(run_deck(folder, changed_deck(folder, "slides.nml", "stays.nml", change), "stays", "--quiet"))
+    motion = Motion(
+        run_deck(folder, changed_deck(folder, "slides.nml", "stays.nml", change), "stays", "--quiet")
+    )
     assert motion.history["unbalanced_ratio"][-1] <= 1e-6, "the block is not at rest"
     moved = motion.displacement("block")
     print(f"the block moved by {1e6 * moved[0]:.3g} um along the base and {1e6 * moved[1]:.3g} um across it")

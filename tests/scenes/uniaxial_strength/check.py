@@ -15,8 +15,12 @@ def check(results):
     work = np.concatenate([[0.0], history["external_J"]])
     stress = np.diff(work) / (np.diff(time) * RATE * WIDTH)
     expected = 2 * COHESION * math.cos(FRICTION) / (1 - math.sin(FRICTION))
-    print(f"strength: expected {expected / 1e6:.2f}, found {stress.max() / 1e6:.2f} MPa ({stress.max() / expected - 1:+.2%})")
-    assert abs(stress.max() / expected - 1) < 0.1, f"strength {stress.max() / 1e6:.2f}, expected {expected / 1e6:.2f} MPa"
+    print(
+        f"strength: expected {expected / 1e6:.2f}, found {stress.max() / 1e6:.2f} MPa ({stress.max() / expected - 1:+.2%})"
+    )
+    assert abs(stress.max() / expected - 1) < 0.1, (
+        f"strength {stress.max() / 1e6:.2f}, expected {expected / 1e6:.2f} MPa"
+    )
     # Half-way to the strength nothing has been cut yet: the strain energy is that of the continuous rock
     half = int(np.searchsorted(stress, expected / 2))
     strain = RATE * history["time_s"][half]

@@ -12,7 +12,22 @@ from scene_motion import run_deck
 ANGLE, HALF, MESHES = 45.0, 0.25, 8
 # A crack is measured over this distance from the tip, well below the flaw's half-length: farther away it bends
 REACH = 0.07
-MESH = ["--width", "2", "--height", "2", "--flaw", "0.5", "--angle", "45", "--size", "0.008", "--coarse", "0.15", "--fine", "0.1"]
+MESH = [
+    "--width",
+    "2",
+    "--height",
+    "2",
+    "--flaw",
+    "0.5",
+    "--angle",
+    "45",
+    "--size",
+    "0.008",
+    "--coarse",
+    "0.15",
+    "--fine",
+    "0.1",
+]
 
 
 def wing_angles(results):
@@ -43,5 +58,7 @@ def check(results):
     # Direction of the largest hoop stress in mode II: cos(theta) = 1/3 (Erdogan and Sih 1963)
     expected = math.degrees(math.acos(1 / 3))
     print("angles:", " ".join(f"{angle:.1f}" for angle in angles))
-    print(f"mean: expected {expected:.1f}, found {np.mean(angles):.1f}, standard deviation {np.std(angles):.1f}")
+    print(
+        f"mean: expected {expected:.1f}, found {np.mean(angles):.1f}, standard deviation {np.std(angles):.1f}"
+    )
     assert abs(np.mean(angles) - expected) < 8, f"mean angle {np.mean(angles):.1f}, expected {expected:.1f}"
