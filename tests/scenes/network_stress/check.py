@@ -38,7 +38,8 @@ def check(results):
         float(x)
         for x in re.findall(r"unbalanced force ratio ([0-9.E+-]+)", (Path(results) / "run.log").read_text())
     ]
-    assert len(ratios) == len(PHASES) and max(ratios) <= EQUILIBRIUM, f"unbalanced force ratios {ratios}"
+    assert len(ratios) == len(PHASES), f"unbalanced force ratios {ratios}"
+    assert max(ratios) <= EQUILIBRIUM, f"unbalanced force ratios {ratios}"
 
     # The same phase II-B, and II-A, branched from a saved phase I
     first = run_deck(folder, "phase_1.nml", "first", "--quiet")
