@@ -24,7 +24,7 @@ module relaxation_m
 
    !> Steps over which an increment's prescribed displacements and loads come on, at least
    integer, parameter :: ramp_steps = 50
-   !> While they come on nothing prescribed moves by more than this part of the smallest triangle's height in a step
+   !> While they come on nothing prescribed moves by more than this part of the smallest triangle's height in a step, in the mean
    real(wp), parameter :: ramp_stride = 0.05_wp
    !> Steps between two looks at the balance of forces, and at the clock and at what has come loose
    integer, parameter :: steps_between_looks = 10, looks_between_ticks = 10
