@@ -69,13 +69,6 @@ contains
                                                               'contact = ''potential'''//instead//'''wall''')
          end associate
       end do
-      do i = 1, size(deck%fracture)
-         associate (fracture => deck%fracture(i))
-            if (fracture%insertion == 'none') cycle
-            call errors%add(at(deck, fracture%line, 'fracture')//'insertion = '//quoted(fracture%insertion)//instead// &
-                            '''none'' or solver = ''explicit''')
-         end associate
-      end do
       call check_at_rest(deck, instead, errors)
    end subroutine check_implicit
 
@@ -102,6 +95,13 @@ contains
          associate (joint => deck%joint(i))
             if (joint%friction == 'velocity') call errors%add(at(deck, joint%line, 'joint')// &
                                                               'friction = ''velocity'''//instead//'''slider''')
+         end associate
+      end do
+      do i = 1, size(deck%fracture)
+         associate (fracture => deck%fracture(i))
+            if (fracture%insertion == 'none') cycle
+            call errors%add(at(deck, fracture%line, 'fracture')//'insertion = '//quoted(fracture%insertion)//instead// &
+                            '''none'' or solver = ''explicit''')
          end associate
       end do
       do i = 1, size(deck%initial)
