@@ -71,7 +71,10 @@ def deck(template, arguments, model, phase, stresses):
         if text.count(old) != 1:
             sys.exit(f"error: {arguments.deck}: {old} is there {text.count(old)} times, it must be once")
         text = text.replace(old, new)
-    text = text.replace(text[text.index("title = '") : text.index("', mesh")], f"title = '{model}, {phase}: {sxx:g}, {syy:g} MPa")
+    text = text.replace(
+        text[text.index("title = '") : text.index("', mesh")],
+        f"title = '{model}, {phase}: {sxx:g}, {syy:g} MPa",
+    )
     text += stage("phase_1", arguments.stress, arguments)
     if phase != "phase_1":
         text += stage(phase, stresses, arguments)
@@ -114,24 +117,59 @@ def draw_all(results, models, phases, figures):
     if len(models) > 1:
         draw("plot_models.py", [results[model, last] for model in models], figures / "models")
     runs = [results[model, last] for model in models]
-    draw("plot_edge_histograms.py", runs, figures / "edge_histograms", "--csv", figures / "edge_statistics.csv")
+    draw(
+        "plot_edge_histograms.py", runs, figures / "edge_histograms", "--csv", figures / "edge_statistics.csv"
+    )
     draw("plot_stress.py", [results[models[0], last]], figures / "stress")
     draw("plot_map.py", [results[models[0], last]], figures / "displacement", "--rock", "displacement")
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("traces", help="CSV file of traces: x1,y1,x2,y2,trace (m)")
-    parser.add_argument("--size", type=float, default=0.015, help="element size at fractures (m; default 0.015)")
-    parser.add_argument("--mesh", action="append", default=[], metavar="OPTION", help="option of make_mesh.py (--mesh=--feature=0.01; repeat)")
-    parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS), help="joint models (default: all)")
-    parser.add_argument("--stress", nargs=2, type=float, default=[5.0, 5.0], metavar=("SXX", "SYY"), help="phase I (MPa; default 5 5)")
-    parser.add_argument("--phase", action="append", default=[], metavar="NAME=SXX,SYY", help="later phases (MPa; default phase_2a=10,5 and phase_2b=15,5; repeat)")
+    parser.add_argument(
+        "--size", type=float, default=0.015, help="element size at fractures (m; default 0.015)"
+    )
+    parser.add_argument(
+        "--mesh",
+        action="append",
+        default=[],
+        metavar="OPTION",
+        help="option of make_mesh.py (--mesh=--feature=0.01; repeat)",
+    )
+    parser.add_argument(
+        "--models", nargs="+", choices=MODELS, default=list(MODELS), help="joint models (default: all)"
+    )
+    parser.add_argument(
+        "--stress",
+        nargs=2,
+        type=float,
+        default=[5.0, 5.0],
+        metavar=("SXX", "SYY"),
+        help="phase I (MPa; default 5 5)",
+    )
+    parser.add_argument(
+        "--phase",
+        action="append",
+        default=[],
+        metavar="NAME=SXX,SYY",
+        help="later phases (MPa; default phase_2a=10,5 and phase_2b=15,5; repeat)",
+    )
     parser.add_argument("--cycles", type=int, default=10, help="load increments of a phase (default 10)")
-    parser.add_argument("--solver", choices=("implicit", "explicit"), default="implicit", help="solver (default implicit)")
-    parser.add_argument("--cracks", action="store_true", help="let the rock break (the explicit solver, much slower)")
-    parser.add_argument("--deck", type=Path, default=HERE / "phase_1.nml", help="deck that rock and joints are taken from")
-    parser.add_argument("--results", type=Path, help="results directory (default: results/network/NAME OF THE TRACES)")
+    parser.add_argument(
+        "--solver", choices=("implicit", "explicit"), default="implicit", help="solver (default implicit)"
+    )
+    parser.add_argument(
+        "--cracks", action="store_true", help="let the rock break (the explicit solver, much slower)"
+    )
+    parser.add_argument(
+        "--deck", type=Path, default=HERE / "phase_1.nml", help="deck that rock and joints are taken from"
+    )
+    parser.add_argument(
+        "--results", type=Path, help="results directory (default: results/network/NAME OF THE TRACES)"
+    )
     parser.add_argument("--femdem", type=Path, default=PROGRAM, help="program (default: build/femdem)")
     parser.add_argument("--again", action="store_true", help="repeat runs that are there already")
     parser.add_argument("--no-figures", action="store_true", help="draw nothing")
@@ -142,7 +180,15 @@ def main():
     arguments.results.mkdir(parents=True, exist_ok=True)
     mesh = arguments.results / MESH_NAME
     if arguments.again or not mesh.exists():
-        make = [sys.executable, HERE / "make_mesh.py", arguments.traces, "--size", arguments.size, "--out", mesh]
+        make = [
+            sys.executable,
+            HERE / "make_mesh.py",
+            arguments.traces,
+            "--size",
+            arguments.size,
+            "--out",
+            mesh,
+        ]
         make += ["--report", arguments.results / "mesh.txt", *arguments.mesh]
         if subprocess.run([str(word) for word in make], check=False).returncode != 0:
             sys.exit(1)

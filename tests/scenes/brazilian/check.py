@@ -18,5 +18,7 @@ def check(results):
     error = found / STRENGTH - 1
     print(f"first crack at ({float(first['x_m']):.3f}, {float(first['y_m']):.3f}), mode {first['mode']}")
     print(f"tensile strength: expected {STRENGTH / 1e6:.3f}, found {found / 1e6:.3f} MPa ({error:+.2%})")
-    assert math.hypot(float(first["x_m"]), float(first["y_m"])) < 0.6, "the disc does not split from its middle"
+    assert math.hypot(float(first["x_m"]), float(first["y_m"])) < 0.6, (
+        "the disc does not split from its middle"
+    )
     assert abs(error) < 0.1, f"tensile strength {found / 1e6:.3f}, expected {STRENGTH / 1e6:.3f} MPa"
