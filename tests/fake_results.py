@@ -170,6 +170,14 @@ def write_network(directory, cells=40, seed=1):
             put(step + "displacement", u, "m", "displacement", "nodes")
             stress = 5e6 * i * (1 + 0.3 * np.sin(4 * centre[:, 0]) * np.cos(3 * centre[:, 1]))
             put(step + "stress_1", stress, "Pa", "largest compression", "triangles")
+            for name, share in (
+                ("stress_3", 0.4),
+                ("stress_xx", 0.9),
+                ("stress_yy", 0.5),
+                ("stress_xy", 0.1),
+            ):
+                put(step + name, share * stress, "Pa", f"some {name}", "triangles")
+            put(step + "stress_1_angle_deg", 20 * np.sin(centre[:, 0]), "degrees", "direction", "triangles")
             slip = i * np.sin(np.arange(len(joints)) / 13.0 * np.pi) * np.array(edge) / 12
             put(step + "shear_displacement_mm", slip, "mm", "shear displacement", "joints")
             put(step + "aperture_mm", 0.1 + 0.4 * np.abs(slip), "mm", "aperture", "joints")
