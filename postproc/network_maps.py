@@ -27,11 +27,15 @@ class Panel:
     step: int
     label: str
 
+    def fractures(self):
+        """Which joint elements are on fractures that were there from the start, not cohesive joints of the rock"""
+        return self.run.fields.mesh(self.step).block_edge > 0
+
     def lines(self):
-        return self.run.fields.mesh(self.step).joint_lines
+        return self.run.fields.mesh(self.step).joint_lines[self.fractures()]
 
     def values(self, quantity):
-        return np.abs(self.run.fields.read(quantity, self.step))
+        return np.abs(self.run.fields.read(quantity, self.step))[self.fractures()]
 
 
 @dataclass

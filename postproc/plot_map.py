@@ -9,6 +9,7 @@ plot_map.py results --list
 
 import figure_style as style
 import matplotlib.pyplot as plt
+import network_maps
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap
@@ -104,6 +105,7 @@ def main():
     arguments.add_argument(
         "--deformed", type=float, default=0.0, help="displacements drawn this many times (0)"
     )
+    arguments.add_argument("--cracks", action="store_true", help="draw the cracks of cracks.csv in red")
     arguments.add_argument("--list", action="store_true", help="list the fields and stop")
     arguments = arguments.parse_args()
     run = style.Results(arguments.results)
@@ -135,6 +137,9 @@ def main():
         draw_joints(figure, axes, mesh.joint_lines, values, text, arguments.joint_limits, arguments.width)
     elif len(mesh.joints):
         axes.add_collection(LineCollection(mesh.joint_lines, color="#222222", linewidth=0.6))
+    if arguments.cracks:
+        number = network_maps.draw_cracks(axes, run, fields.times[arguments.step])
+        print(f"{number} broken joints")
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.margins(0.02)

@@ -121,7 +121,14 @@ def draw_all(results, models, phases, figures):
         "plot_edge_histograms.py", runs, figures / "edge_histograms", "--csv", figures / "edge_statistics.csv"
     )
     draw("plot_stress.py", [results[models[0], last]], figures / "stress")
-    draw("plot_map.py", [results[models[0], last]], figures / "displacement", "--rock", "displacement")
+    draw(
+        "plot_map.py",
+        [results[models[0], last]],
+        figures / "displacement",
+        "--rock",
+        "displacement",
+        "--cracks",
+    )
 
 
 def main():
