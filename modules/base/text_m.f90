@@ -4,7 +4,7 @@ module text_m
    implicit none
    private
 
-   public :: to_text, exact_text, lower, nearest_word, quoted
+   public :: ten_digits, to_text, exact_text, lower, nearest_word, quoted
 
    !> Number to trimmed text
    interface to_text
@@ -81,6 +81,16 @@ contains
       shorter = text
       if (index(text, '.') == len(text)) shorter = text(:len(text) - 1)
    end function without_point
+
+   !> A number with ten digits, as tables have it.
+   pure function ten_digits(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=20) :: buffer
+
+      write (buffer, '(es18.9e3)') value
+      text = trim(adjustl(buffer))
+   end function ten_digits
 
    !> Text in lower case (ASCII).
    pure function lower(text)

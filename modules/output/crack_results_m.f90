@@ -4,7 +4,7 @@ module crack_results_m
    use bonds_m, only: crack_event_t
    use errors_m, only: error_list_t
    use files_m, only: replace_file
-   use kinds_m, only: wp
+   use text_m, only: ten_digits
    implicit none
    private
 
@@ -30,9 +30,9 @@ contains
       do i = 1, size(event)
          if (status /= 0) exit
          associate (e => event(i))
-            write (unit, '(a)', iostat=status, iomsg=message) number(e%time)//','//trim(stage_name(e%stage))//','// &
-               number(e%place(1))//','//number(e%place(2))//','//number(e%angle)//','//number(e%length)//','// &
-               trim(mode_name(e%mode))//','//number(e%energy)
+            write (unit, '(a)', iostat=status, iomsg=message) ten_digits(e%time)//','//trim(stage_name(e%stage))//','// &
+               ten_digits(e%place(1))//','//ten_digits(e%place(2))//','//ten_digits(e%angle)//','//ten_digits(e%length)//','// &
+               trim(mode_name(e%mode))//','//ten_digits(e%energy)
          end associate
       end do
       if (status == 0) close (unit, iostat=status, iomsg=message)
@@ -42,15 +42,5 @@ contains
       end if
       if (status /= 0) call errors%add(trim(path)//': cannot write the table of cracks: '//trim(message))
    end subroutine write_cracks
-
-   !> A number with ten digits.
-   pure function number(value) result(text)
-      real(wp), intent(in) :: value
-      character(len=:), allocatable :: text
-      character(len=20) :: buffer
-
-      write (buffer, '(es18.9e3)') value
-      text = trim(adjustl(buffer))
-   end function number
 
 end module crack_results_m

@@ -4,7 +4,7 @@ module edge_results_m
    use files_m, only: replace_file
    use kinds_m, only: wp
    use mesh_m, only: group_t
-   use text_m, only: to_text
+   use text_m, only: to_text, ten_digits
    implicit none
    private
 
@@ -75,8 +75,8 @@ contains
       do i = 1, size(table%length)
          if (status /= 0) exit
          write (unit, '(a)', iostat=status, iomsg=message) to_text(i)//','//group_name(group, table%group(i))//','// &
-            to_text(table%joints(i))//','//number(table%length(i))//','//number(table%mean_shear(i))//','// &
-            number(table%largest_shear(i))//','//number(table%mean_aperture(i))//','//number(table%largest_aperture(i))
+            to_text(table%joints(i))//','//ten_digits(table%length(i))//','//ten_digits(table%mean_shear(i))//','// &
+            ten_digits(table%largest_shear(i))//','//ten_digits(table%mean_aperture(i))//','//ten_digits(table%largest_aperture(i))
       end do
       if (status == 0) close (unit, iostat=status, iomsg=message)
       if (status == 0) then
@@ -85,16 +85,6 @@ contains
       end if
       if (status /= 0) call errors%add(trim(path)//': cannot write the table of block edges: '//trim(message))
    end subroutine write_edges
-
-   !> A number with ten digits.
-   pure function number(value) result(text)
-      real(wp), intent(in) :: value
-      character(len=:), allocatable :: text
-      character(len=20) :: buffer
-
-      write (buffer, '(es18.9e3)') value
-      text = trim(adjustl(buffer))
-   end function number
 
    !> Name of a group, or its number when it has none.
    pure function group_name(group, i) result(name)
