@@ -164,7 +164,7 @@ contains
          end associate
          self%length(i) = norm2(split%x(:, split%surface(2, i)) - split%x(:, split%surface(1, i)))
       end do
-      self%handled = groups_at_triangles(split, handled, chosen)
+      self%handled = groups_at_triangles(split, handled, number, chosen)
       call measure(self, split)
    end subroutine init
 

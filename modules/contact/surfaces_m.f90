@@ -105,48 +105,79 @@ contains
       convex = .true.
    end function convex_outline
 
-   !> Groups of the marked surface edges that each of some triangles touches, with an edge or only with a corner.
-   function groups_at_triangles(split, handled, triangle) result(groups)
+   !> Groups of the marked surface edges that each of some triangles touches, with an edge or only with a corner, its own
+   !> or one that is held together with it.
+   function groups_at_triangles(split, handled, same, triangle) result(groups)
       type(split_mesh_t), intent(in) :: split
       !> Group of each surface edge that another law handles, 0 for the others (surface edges)
       integer, intent(in) :: handled(:)
+      !> Number that is the same for nodes held together (nodes)
+      integer, intent(in) :: same(:)
       !> Triangles asked for
       integer, intent(in) :: triangle(:)
       type(groups_t) :: groups
-      integer, allocatable :: edge_at(:, :), found(:), longer(:)
-      integer :: i, k, j, n, edge, number
+      integer, allocatable :: first(:), edge(:), found(:), longer(:)
+      integer :: i, k, j, n, number
 
-      ! A node of a surface ends one edge and begins another; where more meet, the splitting has copied the node
-      allocate (edge_at(2, size(split%x, 2)))
-      edge_at = 0
-      do i = 1, size(split%surface, 2)
-         if (handled(i) == 0) cycle
-         edge_at(1, split%surface(1, i)) = i
-         edge_at(2, split%surface(2, i)) = i
-      end do
+      call marked_edges_at(split, handled, same, first, edge)
       allocate (groups%first(size(triangle) + 1), found(16))
       n = 0
       do i = 1, size(triangle)
          groups%first(i) = n + 1
          do k = 1, 3
-            do j = 1, 2
-               edge = edge_at(j, split%triangle(k, triangle(i)))
-               if (edge == 0) cycle
-               number = handled(edge)
-               if (any(found(groups%first(i):n) == number)) cycle
-               if (n == size(found)) then
-                  allocate (longer(2*n))
-                  longer(:n) = found
-                  call move_alloc(longer, found)
-               end if
-               n = n + 1
-               found(n) = number
-            end do
+            associate (place => same(split%triangle(k, triangle(i))))
+               do j = first(place), first(place + 1) - 1
+                  number = handled(edge(j))
+                  if (any(found(groups%first(i):n) == number)) cycle
+                  if (n == size(found)) then
+                     allocate (longer(2*n))
+                     longer(:n) = found
+                     call move_alloc(longer, found)
+                  end if
+                  n = n + 1
+                  found(n) = number
+               end do
+            end associate
          end do
       end do
       groups%first(size(triangle) + 1) = n + 1
       groups%group = found(:n)
    end function groups_at_triangles
+
+   !> Marked surface edges that start or end at each place (compressed rows).
+   pure subroutine marked_edges_at(split, handled, same, first, edge)
+      type(split_mesh_t), intent(in) :: split
+      integer, intent(in) :: handled(:), same(:)
+      !> Edges at place i: edge(first(i):first(i + 1) - 1)
+      integer, allocatable, intent(out) :: first(:), edge(:)
+      integer, allocatable :: next(:)
+      integer :: i, k
+
+      allocate (first(size(same) + 1), source=0)
+      do i = 1, size(handled)
+         if (handled(i) == 0) cycle
+         do k = 1, 2
+            associate (place => same(split%surface(k, i)))
+               first(place + 1) = first(place + 1) + 1
+            end associate
+         end do
+      end do
+      first(1) = 1
+      do i = 2, size(first)
+         first(i) = first(i) + first(i - 1)
+      end do
+      next = first
+      allocate (edge(first(size(first)) - 1))
+      do i = 1, size(handled)
+         if (handled(i) == 0) cycle
+         do k = 1, 2
+            associate (place => same(split%surface(k, i)))
+               edge(next(place)) = i
+               next(place) = next(place) + 1
+            end associate
+         end do
+      end do
+   end subroutine marked_edges_at
 
    !> Do two triangles touch the same group?
    pure logical function share(self, a, b)

@@ -26,6 +26,8 @@ module wall_contact_m
    real(wp), parameter :: deepest = 1.0_wp
    !> The same for the walls of new cracks, whose fragments may go anywhere: beyond it they never were in contact here
    real(wp), parameter :: deepest_crack = 1.0e-3_wp
+   !> Contact lets go from this part of the deepest overlap on, so that no force jumps there
+   real(wp), parameter :: lets_go = 0.5_wp
    !> Longest walk along the opposite surface in one step (edges)
    integer, parameter :: longest_walk = 64
 
@@ -48,8 +50,10 @@ module wall_contact_m
       integer, allocatable :: wall(:), point_node(:, :)
       !> Shape functions at the four nodes (4, points), weight [m], gap along the normal [m], negative when overlapping
       real(wp), allocatable :: shape(:, :), weight(:), gap(:)
-      !> Part of the wall edge each point stands for, from and to (2, points)
+      !> Part of the wall edge each point stands for, from and to (2, points); nodes of the blocks beside that share it at
+      !> either end (2, points), 0 where none does
       real(wp), allocatable :: part(:, :)
+      integer, allocatable :: beside(:, :)
    end type wall_contact_t
 
    public :: init_wall_contact, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
@@ -305,6 +309,7 @@ contains
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       integer :: w, e, steps
       real(wp) :: a(2), b(2), t(2), length, from, to, part(2)
+      integer :: beside(2)
       logical :: faces
 
       walls%points = 0
@@ -332,38 +337,45 @@ contains
          end do
          if (walls%facing(w) /= e) walls%moved_on = .true.
          walls%facing(w) = e
-         part = part_of_edge(walls, e, x, u, a, t, length, from, to)
-         if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to, part)
-         call walk_on(walls, w, x, u, a, b, t, length, walls%after, part(1) > 0.0_wp)
-         call walk_on(walls, w, x, u, a, b, t, length, walls%before, part(2) < 1.0_wp)
+         call share_edge(walls, e, walls%after(e), walls%before(e), x, u, a, t, length, from, to, part, beside)
+         if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside)
+         if (part(1) > 0.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .true.)
+         if (part(2) < 1.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .false.)
       end do
    end subroutine find_overlaps
 
    !> Add the points of the edges that follow the one faced, in one direction, while they still overlap the wall.
-   subroutine walk_on(walls, w, x, u, a, b, t, length, neighbour, more)
+   subroutine walk_on(walls, w, x, u, a, b, t, length, ahead)
       type(wall_contact_t), intent(inout) :: walls
       integer, intent(in) :: w
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       !> Ends, tangent and length of the wall edge
       real(wp), intent(in) :: a(2), b(2), t(2), length
-      !> Next edge in the direction of the walk
-      integer, intent(in) :: neighbour(:)
-      !> Is there wall left beyond the edge faced in this direction?
-      logical, intent(in) :: more
-      integer :: e, steps
+      !> Ahead along the surface, towards A' of the wall, or back?
+      logical, intent(in) :: ahead
+      integer :: e, last, steps, beside(2)
       real(wp) :: from, to, part(2)
       logical :: faces
 
-      if (.not. more) return
       e = walls%facing(w)
       do steps = 1, longest_walk
-         e = neighbour(e)
+         last = e
+         if (ahead) then
+            e = walls%after(last)
+         else
+            e = walls%before(last)
+         end if
          if (e == 0) return
          call project(walls, e, x, u, a, t, length, from, to, faces)
          if (.not. faces) return
-         part = part_of_edge(walls, e, x, u, a, t, length, from, to)
+         ! The edge walked from is the neighbour it shares with, also where its own surface goes on elsewhere
+         if (ahead) then
+            call share_edge(walls, e, walls%after(e), last, x, u, a, t, length, from, to, part, beside)
+         else
+            call share_edge(walls, e, last, walls%before(e), x, u, a, t, length, from, to, part, beside)
+         end if
          if (part(2) <= 0.0_wp .or. part(1) >= 1.0_wp) return
-         call add_points(walls, w, e, x, u, a, b, t, length, from, to, part)
+         call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside)
       end do
    end subroutine walk_on
 
@@ -388,43 +400,52 @@ contains
    !> Part of the wall edge that belongs to a surface edge: what it covers, but where the surface goes on in another block
    !> that covers some of it too, each block has half of that. So no piece of wall is held twice, and what each edge
    !> holds changes without a jump when blocks pass each other at a crossing.
-   pure function part_of_edge(walls, e, x, u, a, t, length, from, to) result(part)
+   pure subroutine share_edge(walls, e, next, previous, x, u, a, t, length, from, to, part, beside)
       type(wall_contact_t), intent(in) :: walls
-      integer, intent(in) :: e
+      !> Surface edge, and its neighbours towards A' and B' of the wall (0: none)
+      integer, intent(in) :: e, next, previous
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       real(wp), intent(in) :: a(2), t(2), length
       !> What the surface edge covers
       real(wp), intent(in) :: from, to
-      !> From and to
-      real(wp) :: part(2)
+      !> From and to; nodes of the other blocks that end there, 0: none
+      real(wp), intent(out) :: part(2)
+      integer, intent(out) :: beside(2)
       real(wp) :: other_from, other_to
       logical :: faces
 
       part = [from, to]
-      associate (next => walls%after(e), previous => walls%before(e))
-         if (next > 0) then
-            if (walls%surface(1, next) /= walls%surface(2, e)) then
-               call project(walls, next, x, u, a, t, length, other_from, other_to, faces)
-               if (faces .and. other_to > from) part(1) = 0.5_wp*(from + other_to)
+      beside = 0
+      if (next > 0) then
+         if (walls%surface(1, next) /= walls%surface(2, e)) then
+            call project(walls, next, x, u, a, t, length, other_from, other_to, faces)
+            if (faces .and. other_to > from) then
+               part(1) = 0.5_wp*(from + other_to)
+               beside(1) = walls%surface(1, next)
             end if
          end if
-         if (previous > 0) then
-            if (walls%surface(2, previous) /= walls%surface(1, e)) then
-               call project(walls, previous, x, u, a, t, length, other_from, other_to, faces)
-               if (faces .and. other_from < to) part(2) = 0.5_wp*(to + other_from)
+      end if
+      if (previous > 0) then
+         if (walls%surface(2, previous) /= walls%surface(1, e)) then
+            call project(walls, previous, x, u, a, t, length, other_from, other_to, faces)
+            if (faces .and. other_from < to) then
+               part(2) = 0.5_wp*(to + other_from)
+               beside(2) = walls%surface(2, previous)
             end if
          end if
-      end associate
-   end function part_of_edge
+      end if
+   end subroutine share_edge
 
    !> Two Gauss points on the overlap of a wall edge with a surface edge.
-   subroutine add_points(walls, w, e, x, u, a, b, t, length, from, to, part)
+   subroutine add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside)
       type(wall_contact_t), intent(inout) :: walls
       integer, intent(in) :: w, e
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       real(wp), intent(in) :: a(2), b(2), t(2), length, from, to
       !> Part of the wall edge that belongs to the surface edge
       real(wp), intent(in) :: part(2)
+      !> Nodes of the blocks beside that share it, 0: none
+      integer, intent(in) :: beside(2)
       real(wp) :: p(2), q(2), low, high, xi, eta, gap
       integer :: g, k, nodes(4)
 
@@ -446,20 +467,30 @@ contains
          walls%wall(k) = w
          walls%point_node(:, k) = nodes
          walls%shape(:, k) = [1.0_wp - xi, xi, 1.0_wp - eta, eta]
-         walls%weight(k) = 0.5_wp*(high - low)*length
+         walls%weight(k) = 0.5_wp*(high - low)*length*held_part(-gap/(walls%deepest(w)*length))
          walls%gap(k) = gap
          walls%part(:, k) = part
+         walls%beside(:, k) = beside
       end do
    end subroutine add_points
+
+   !> Part of an overlap that is still in contact, at a depth over the deepest: all of it up to lets_go, then smoothly none.
+   pure real(wp) function held_part(depth)
+      real(wp), intent(in) :: depth
+      real(wp) :: beyond
+
+      beyond = min(1.0_wp, max(0.0_wp, (depth - lets_go)/(1.0_wp - lets_go)))
+      held_part = 1.0_wp - beyond**2*(3.0_wp - 2.0_wp*beyond)
+   end function held_part
 
    !> Make room for at least n integration points.
    subroutine grow(walls, n)
       type(wall_contact_t), intent(inout) :: walls
       integer, intent(in) :: n
-      integer, allocatable :: wall(:), point_node(:, :)
+      integer, allocatable :: wall(:), point_node(:, :), beside(:, :)
       real(wp), allocatable :: shape(:, :), weight(:), gap(:), part(:, :)
 
-      allocate (wall(n), point_node(4, n), shape(4, n), weight(n), gap(n), part(2, n))
+      allocate (wall(n), point_node(4, n), shape(4, n), weight(n), gap(n), part(2, n), beside(2, n))
       associate (k => walls%points)
          if (k > 0) then
             wall(:k) = walls%wall(:k)
@@ -468,6 +499,7 @@ contains
             weight(:k) = walls%weight(:k)
             gap(:k) = walls%gap(:k)
             part(:, :k) = walls%part(:, :k)
+            beside(:, :k) = walls%beside(:, :k)
          end if
       end associate
       call move_alloc(wall, walls%wall)
@@ -476,6 +508,7 @@ contains
       call move_alloc(weight, walls%weight)
       call move_alloc(gap, walls%gap)
       call move_alloc(part, walls%part)
+      call move_alloc(beside, walls%beside)
    end subroutine grow
 
    !> Add the forces of given tractions at the integration points to the nodes of both walls (eqs 2, 4 in wall form).

@@ -27,11 +27,12 @@ module wall_tangent_m
       real(wp), allocatable :: stiffness(:, :)
    end type wall_element_t
 
-   !> Displacement components of an integration point's four nodes
-   integer, parameter :: components = 8
+   !> Nodes of an integration point: A', B' of the wall, p, q of the edge it faces, and the ends of the blocks beside that
+   !> share the wall at either end (0 where none does); and their displacement components
+   integer, parameter :: point_nodes = 6, components = 2*point_nodes
 
-   !> Derivatives of an integration point's geometry by the positions of its four nodes: gap [-], weight [-], length of
-   !> the wall [-], its direction [1/m], shape functions of the four nodes (component, function) [1/m]
+   !> Derivatives of an integration point's geometry by the positions of its nodes: gap [-], weight [-], length of
+   !> the wall [-], its direction [1/m], shape functions of the first four (component, function) [1/m]
    type :: geometry_t
       real(wp) :: gap(components), weight(components), length(components), turn(components)
       real(wp) :: shape(components, 4)
@@ -40,6 +41,8 @@ module wall_tangent_m
    !> An open joint keeps this share of its first stiffness in the tangent (not in the forces), a closed one without
    !> stress the other for shear: blocks that nothing holds yet must not make the system singular
    real(wp), parameter, public :: open_share = 1.0e-4_wp
+   !> The same for a crack, whose first stiffness is many times that of the rock around it
+   real(wp), parameter :: open_crack_share = 1.0e-9_wp
    real(wp), parameter :: unstressed_share = 0.1_wp
    !> Walls no further apart than rounding touch [mm]
    real(wp), parameter :: touching = 1.0e-9_wp
@@ -80,10 +83,13 @@ contains
       type(joint_tangent_t) :: tangent
       type(geometry_t) :: geometry(first:last)
       real(wp), allocatable :: slip(:), pressure(:, :), stress(:)
-      integer :: place(own_nodes, first:last), own(own_nodes), k, j, m
+      integer :: node(point_nodes, first:last), place(point_nodes, first:last), own(own_nodes), k, j, m
 
       j = walls%joint(w)
-      call collect_nodes(joints%node(:, j), walls%point_node(:, first:last), element, own)
+      do k = first, last
+         node(:, k) = [walls%point_node(:, k), walls%beside(:, k)]
+      end do
+      call collect_nodes(joints%node(:, j), node, element, own)
       m = 2*element%nodes
       element%stiffness(:m, :m) = 0.0_wp
       if (last < first) return
@@ -92,8 +98,8 @@ contains
       slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
       stress = 0.0_wp
       do k = first, last
-         place(:, k) = places(walls%point_node(:, k), element)
-         geometry(k) = point_geometry(walls, k, x(:, walls%point_node(:, k)) + u(:, walls%point_node(:, k)))
+         place(:, k) = places(node(:, k), element)
+         geometry(k) = point_geometry(walls, k, positions(node(:, k), x, u))
          pressure(:, k) = -onto_element(geometry(k)%gap, place(:, k), m)
          if (joints%coupled(j)) pressure(:, k) = pressure(:, k) + tangent%dilation_u*slip
          pressure(:, k) = normal_stiffness_at(joints, walls, j, k, point)*pressure(:, k)
@@ -117,7 +123,7 @@ contains
       type(joint_tangent_t), intent(in) :: tangent
       type(geometry_t), intent(in) :: geometry
       !> Places of the point's nodes in the element
-      integer, intent(in) :: place(own_nodes)
+      integer, intent(in) :: place(point_nodes)
       !> Derivatives of slip [-], pressure and mean normal stress [Pa/m] by the element's displacements
       real(wp), intent(in) :: slip(:), pressure(:), stress(:)
       real(wp), intent(inout) :: stiffness(:, :)
@@ -129,7 +135,7 @@ contains
       n = [-t(2), t(1)]
       p = joints%pressure(k)
       s = 0.0_wp
-      shear = shear_floor(joints, j, tangent, point)*spread_to(place, walls%shape(:, k), t, size(slip))
+      shear = shear_floor(joints, walls, j, k, tangent, point)*spread_to(place, walls%shape(:, k), t, size(slip))
       if (point%sn > 0.0_wp .and. p > 0.0_wp) then
          friction = point%tau/point%sn
          s = friction*p
@@ -151,58 +157,88 @@ contains
       end do
    end subroutine add_point
 
-   !> How place, weight, gap and direction of an integration point change with the positions of its four nodes.
+   !> Positions of an integration point's nodes (2, nodes) [m].
+   pure function positions(node, x, u) result(position)
+      !> 0 where there is none
+      integer, intent(in) :: node(point_nodes)
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      real(wp) :: position(2, point_nodes)
+      integer :: i
+
+      position = 0.0_wp
+      do i = 1, point_nodes
+         if (node(i) > 0) position(:, i) = x(:, node(i)) + u(:, node(i))
+      end do
+   end function positions
+
+   !> How place, weight, gap and direction of an integration point change with the positions of its nodes.
    pure function point_geometry(walls, k, position) result(geometry)
       type(wall_contact_t), intent(in) :: walls
       !> Integration point
       integer, intent(in) :: k
-      !> Positions of A', B' of the wall and p, q of the edge it faces (2, 4) [m]
-      real(wp), intent(in) :: position(2, own_nodes)
+      !> Of its nodes (2, nodes) [m]
+      real(wp), intent(in) :: position(2, point_nodes)
       type(geometry_t) :: geometry
-      real(wp) :: n(2), t(2), length, start, finish, from(components), to(components), low(components), high(components), &
-                  xi(components), eta(components), across(components), low_end, high_end, share
+      real(wp) :: n(2), length, start, finish, from(components), to(components), low(components), high(components), &
+                  xi(components), eta(components), low_end, high_end, share, held
       integer :: i
 
-      t = walls%tangent(:, walls%wall(k))
-      n = [-t(2), t(1)]
+      n = [-walls%tangent(2, walls%wall(k)), walls%tangent(1, walls%wall(k))]
       length = walls%length(walls%wall(k))
-      geometry%length = [-t, t, 0.0_wp*t, 0.0_wp*t]
-      geometry%turn = [-n, n, 0.0_wp*n, 0.0_wp*n]/length
-      associate (a => position(:, 1), p => position(:, 3), q => position(:, 4))
-         finish = dot_product(p - a, t)/length
-         start = dot_product(q - a, t)/length
-         to = ([-t, 0.0_wp*t, t, 0.0_wp*t] + dot_product(p - a, n)*geometry%turn - finish*geometry%length)/length
-         from = ([-t, 0.0_wp*t, 0.0_wp*t, t] + dot_product(q - a, n)*geometry%turn - start*geometry%length)/length
+      geometry%length = 0.0_wp
+      geometry%length(:4) = [-walls%tangent(:, walls%wall(k)), walls%tangent(:, walls%wall(k))]
+      geometry%turn = 0.0_wp
+      geometry%turn(:4) = [-n, n]/length
+      associate (p => position(:, 3), q => position(:, 4), t => walls%tangent(:, walls%wall(k)))
+         finish = dot_product(p - position(:, 1), t)/length
+         start = dot_product(q - position(:, 1), t)/length
+         to = place_on_wall(geometry, position, 3, n, t, length)
+         from = place_on_wall(geometry, position, 4, n, t, length)
+         ! An end of the covered part does not move where the wall itself ends; where blocks share, both move it by half
          low_end = max(0.0_wp, walls%part(1, k))
          high_end = min(1.0_wp, walls%part(2, k))
-         low = end_share(low_end, 0.0_wp, start)*from
-         high = end_share(high_end, 1.0_wp, finish)*to
+         low = 0.0_wp
+         high = 0.0_wp
+         if (low_end > 0.0_wp) low = from
+         if (high_end < 1.0_wp) high = to
+         if (low_end > 0.0_wp .and. walls%beside(1, k) > 0) &
+            low = 0.5_wp*(from + place_on_wall(geometry, position, 5, n, t, length))
+         if (high_end < 1.0_wp .and. walls%beside(2, k) > 0) &
+            high = 0.5_wp*(to + place_on_wall(geometry, position, 6, n, t, length))
          share = (walls%shape(2, k) - low_end)/(high_end - low_end)
          xi = low + share*(high - low)
          eta = (to - xi - walls%shape(4, k)*(to - from))/(finish - start)
+         geometry%gap = -dot_product(q - p, n)*eta
          do i = 1, own_nodes
-            across(2*i - 1:2*i) = side(i)*walls%shape(i, k)*n
+            geometry%gap(2*i - 1:2*i) = geometry%gap(2*i - 1:2*i) + side(i)*walls%shape(i, k)*n
          end do
-         geometry%gap = across - dot_product(q - p, n)*eta
       end associate
-      geometry%weight = 0.5_wp*((high - low)*length + (high_end - low_end)*geometry%length)
+      ! Deep overlaps of new cracks are not held whole
+      held = walls%weight(k)/(0.5_wp*(high_end - low_end)*length)
+      geometry%weight = held*0.5_wp*((high - low)*length + (high_end - low_end)*geometry%length)
       geometry%shape(:, 1) = -xi
       geometry%shape(:, 2) = xi
       geometry%shape(:, 3) = -eta
       geometry%shape(:, 4) = eta
    end function point_geometry
 
-   !> How an end of the covered part moves with the end of the surface edge: not at all where the wall itself ends, half
-   !> where the rest belongs to another block, whose own half is left out here.
-   pure real(wp) function end_share(place, wall_end, edge_end) result(share)
-      !> End of the covered part, of the wall, of the surface edge, along the wall from 0 to 1
-      real(wp), intent(in) :: place, wall_end, edge_end
-      real(wp), parameter :: same = 1.0e-12_wp
+   !> How the place of one of the nodes, projected on the wall from 0 at A' to 1 at B', moves with the nodes [1/m].
+   pure function place_on_wall(geometry, position, node, n, t, length) result(place)
+      !> Its length and turn are known
+      type(geometry_t), intent(in) :: geometry
+      real(wp), intent(in) :: position(2, point_nodes)
+      !> Which of the nodes
+      integer, intent(in) :: node
+      !> Normal, tangent and length of the wall
+      real(wp), intent(in) :: n(2), t(2), length
+      real(wp) :: place(components), away(2)
 
-      share = 0.5_wp
-      if (abs(place - wall_end) <= 0.0_wp) share = 0.0_wp
-      if (abs(place - edge_end) <= same) share = 1.0_wp
-   end function end_share
+      away = position(:, node) - position(:, 1)
+      place = dot_product(away, n)*geometry%turn - dot_product(away, t)/length*geometry%length
+      place(:2) = place(:2) - t
+      place(2*node - 1:2*node) = place(2*node - 1:2*node) + t
+      place = place/length
+   end function place_on_wall
 
    !> Distinct nodes of a joint and under its integration points, and where its own stand among them.
    pure subroutine collect_nodes(own_node, point_node, element, own)
@@ -222,7 +258,7 @@ contains
       end do
       do k = 1, size(point_node, 2)
          do i = 1, size(point_node, 1)
-            call add_node(point_node(i, k), element, room)
+            if (point_node(i, k) > 0) call add_node(point_node(i, k), element, room)
          end do
       end do
    end subroutine collect_nodes
@@ -241,13 +277,13 @@ contains
       place = element%nodes
    end subroutine add_node
 
-   !> Where nodes stand in the element's list.
+   !> Where an integration point's nodes stand in the element's list, 0 where there is none.
    pure function places(node, element) result(place)
-      integer, intent(in) :: node(own_nodes)
+      integer, intent(in) :: node(point_nodes)
       type(wall_element_t), intent(in) :: element
-      integer :: place(own_nodes), i
+      integer :: place(point_nodes), i
 
-      do i = 1, own_nodes
+      do i = 1, point_nodes
          place(i) = findloc(element%node(:element%nodes), node(i), dim=1)
       end do
    end function places
@@ -255,14 +291,15 @@ contains
    !> A derivative by a point's displacement components as one by the element's.
    pure function onto_element(of_point, place, m) result(gradient)
       real(wp), intent(in) :: of_point(components)
-      integer, intent(in) :: place(own_nodes)
+      integer, intent(in) :: place(point_nodes)
       !> Components of the element
       integer, intent(in) :: m
       real(wp) :: gradient(m)
       integer :: i
 
       gradient = 0.0_wp
-      do i = 1, own_nodes
+      do i = 1, point_nodes
+         if (place(i) == 0) cycle
          associate (at => 2*place(i))
             gradient(at - 1:at) = gradient(at - 1:at) + of_point(2*i - 1:2*i)
          end associate
@@ -271,7 +308,7 @@ contains
 
    !> Derivative of the upper wall's displacement against the lower one's along a direction, by the nodal displacements.
    pure function spread_to(place, shape, direction, m) result(gradient)
-      integer, intent(in) :: place(own_nodes)
+      integer, intent(in) :: place(point_nodes)
       real(wp), intent(in) :: shape(own_nodes), direction(2)
       !> Components
       integer, intent(in) :: m
@@ -312,28 +349,52 @@ contains
       !> Joint and integration point
       integer, intent(in) :: j, k
       type(joint_point_t), intent(in) :: point
+
+      stiffness = joints%penalty(j)
+      if (stiffness <= 0.0_wp) stiffness = joint_normal_stiffness(joints%law(j), joints%pressure(k)/megapascal)
+      if (is_open(joints, walls, j, k, point)) stiffness = share_when_open(joints, j)*stiffness
+      stiffness = stiffness*megapascal_per_millimetre
+   end function normal_stiffness_at
+
+   !> What the shear stiffness at an integration point lacks for the system to be regular [Pa/m].
+   pure real(wp) function shear_floor(joints, walls, j, k, tangent, point) result(stiffness)
+      type(joints_t), intent(in) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      !> Joint and integration point
+      integer, intent(in) :: j, k
+      type(joint_tangent_t), intent(in) :: tangent
+      type(joint_point_t), intent(in) :: point
+      real(wp) :: share
+
+      stiffness = 0.0_wp
+      if (tangent%tau_u < 0.0_wp) return
+      share = share_when_open(joints, j)
+      if (point%sn <= 0.0_wp .and. .not. is_open(joints, walls, j, k, point)) share = unstressed_share
+      stiffness = joint_normal_stiffness(joints%law(j), 0.0_wp)*share
+      stiffness = max(0.0_wp, stiffness - tangent%tau_u)*megapascal_per_millimetre
+   end function shear_floor
+
+   !> Are the walls apart at an integration point?
+   pure logical function is_open(joints, walls, j, k, point)
+      type(joints_t), intent(in) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      !> Joint and integration point
+      integer, intent(in) :: j, k
+      type(joint_point_t), intent(in) :: point
       real(wp) :: overlap
 
       overlap = -walls%gap(k)/millimetre
       if (joints%coupled(j)) overlap = overlap + point%dilation
-      stiffness = joints%penalty(j)
-      if (stiffness <= 0.0_wp) stiffness = joint_normal_stiffness(joints%law(j), joints%pressure(k)/megapascal)
-      if (overlap < -touching) stiffness = open_share*stiffness
-      stiffness = stiffness*megapascal_per_millimetre
-   end function normal_stiffness_at
+      is_open = overlap < -touching
+   end function is_open
 
-   !> What the shear stiffness lacks for the system to be regular [Pa/m].
-   pure real(wp) function shear_floor(joints, j, tangent, point) result(stiffness)
+   !> Part of its first stiffness that a joint keeps in the tangent when it is open.
+   pure real(wp) function share_when_open(joints, j) result(share)
       type(joints_t), intent(in) :: joints
       integer, intent(in) :: j
-      type(joint_tangent_t), intent(in) :: tangent
-      type(joint_point_t), intent(in) :: point
 
-      stiffness = 0.0_wp
-      if (tangent%tau_u < 0.0_wp) return
-      stiffness = joint_normal_stiffness(joints%law(j), 0.0_wp)*merge(open_share, unstressed_share, &
-                                                                      point%sn > 0.0_wp .or. joints%contact_stress(j) < 0.0_wp)
-      stiffness = max(0.0_wp, stiffness - tangent%tau_u)*megapascal_per_millimetre
-   end function shear_floor
+      ! Cracks belong to no &joint group
+      share = merge(open_share, open_crack_share, joints%group(j) > 0)
+   end function share_when_open
 
 end module wall_tangent_m
