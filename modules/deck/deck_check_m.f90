@@ -97,13 +97,6 @@ contains
                                                               'friction = ''velocity'''//instead//'''slider''')
          end associate
       end do
-      do i = 1, size(deck%fracture)
-         associate (fracture => deck%fracture(i))
-            if (fracture%insertion == 'none') cycle
-            call errors%add(at(deck, fracture%line, 'fracture')//'insertion = '//quoted(fracture%insertion)//instead// &
-                            '''none'' or solver = ''explicit''')
-         end associate
-      end do
       do i = 1, size(deck%initial)
          call errors%add(at(deck, deck%initial(i)%line, 'initial')//'initial velocities'//instead//'solver = ''explicit''')
       end do

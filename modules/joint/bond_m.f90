@@ -2,11 +2,12 @@
 !> an edge together until they have softened; a kernel of plain arrays that knows nothing of meshes.
 module bond_m
    use kinds_m, only: wp
-   use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_update
+   use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_update, cohesive_tangent
    implicit none
    private
 
-   public :: bond_forces, bond_stiffness_bound, bond_is_broken, bond_has_parted, bond_energy, bond_mode, add_nodal_forces
+   public :: bond_forces, bond_tangent, bond_stiffness_bound, bond_is_broken, bond_has_parted, &
+             bond_energy, bond_mode, add_nodal_forces
 
    !> Integration points of a bond
    integer, parameter, public :: bond_points = 3
@@ -82,6 +83,69 @@ contains
          end associate
       end do
    end subroutine bond_forces
+
+   !> Stiffness of a bond, minus the derivative of its nodal forces, when its points go from `before` to the displacement u in
+   !> one step. How the directions of opening and slip turn is left out where it is multiplied by a stress: that part is
+   !> smaller by stress over modulus.
+   pure function bond_tangent(length, law, shift, x, u, before, softens) result(stiffness)
+      !> Length before any motion [m]
+      real(wp), intent(in) :: length
+      type(cohesive_t), intent(in) :: law
+      !> Opening and slip that come on top of those of the nodes (2, points) [m]
+      real(wp), intent(in) :: shift(:, :)
+      !> Reference coordinates and displacement of A, B, A', B' (2, 4) [m]
+      real(wp), intent(in) :: x(2, 4), u(2, 4)
+      !> State that the points start from (points)
+      type(cohesive_point_t), intent(in) :: before(:)
+      !> With its softening, or with that taken as no stiffness? Without it the matrix of a body is regular, and an iteration
+      !> with it moves away from equilibria that are not stable.
+      logical, intent(in) :: softens
+      !> Components x, y of node after node (8, 8) [N/m per m of thickness]
+      real(wp) :: stiffness(8, 8)
+      real(wp) :: i(2), j(2), median(2), delta(2), place(2, 4), along, across, tangent(2, 2), shape(4), turn(8), gradient(8, 2)
+      real(wp), parameter :: upper(4) = [-1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp], end(4) = [-1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp]
+      integer :: k, n
+
+      place = x + u
+      median = 0.5_wp*matmul(place, end)
+      i = median/norm2(median)
+      j = [-i(2), i(1)]
+      turn = [(0.5_wp*end(n)/norm2(median)*j, n=1, 4)]
+      stiffness = 0.0_wp
+      do k = 1, bond_points
+         shape = upper*[1.0_wp - bond_place(k), bond_place(k), 1.0_wp - bond_place(k), bond_place(k)]
+         delta = matmul(u, shape)
+         along = dot_product(delta, i)
+         across = dot_product(delta, j)
+         gradient(:, 1) = [(shape(n)*j, n=1, 4)] - along*turn
+         gradient(:, 2) = [(shape(n)*i, n=1, 4)] + across*turn
+         tangent = cohesive_tangent(law, across + shift(1, k), along + shift(2, k), before(k))
+         if (.not. softens) tangent = without_softening(tangent)
+         stiffness = stiffness + bond_weight(k)*length*matmul(gradient, matmul(tangent, transpose(gradient)))
+      end do
+   end function bond_tangent
+
+   !> A tangent whose symmetric part has its negative eigenvalues taken as zero.
+   pure function without_softening(tangent) result(regular)
+      real(wp), intent(in) :: tangent(2, 2)
+      real(wp) :: regular(2, 2)
+      real(wp) :: mean, half, shear, radius, low, high, along(2), skew
+
+      mean = 0.5_wp*(tangent(1, 1) + tangent(2, 2))
+      half = 0.5_wp*(tangent(1, 1) - tangent(2, 2))
+      shear = 0.5_wp*(tangent(1, 2) + tangent(2, 1))
+      skew = 0.5_wp*(tangent(1, 2) - tangent(2, 1))
+      radius = hypot(half, shear)
+      low = mean - radius
+      high = mean + radius
+      regular = tangent
+      if (low >= 0.0_wp) return
+      regular = reshape([0.0_wp, -skew, skew, 0.0_wp], [2, 2])
+      if (high <= 0.0_wp) return
+      ! Direction of the larger eigenvalue: twice its angle has cosine half/radius and sine shear/radius
+      along = [cos(0.5_wp*atan2(shear, half)), sin(0.5_wp*atan2(shear, half))]
+      regular = regular + high*spread(along, 2, 2)*spread(along, 1, 2)
+   end function without_softening
 
    !> Add opposite forces to the ends of a bond: they pull the walls together.
    pure subroutine add_nodal_forces(node, at_start, at_end, force)

@@ -11,7 +11,8 @@ module cohesive_m
    implicit none
    private
 
-   public :: cohesive_law, cohesive_update, start_point, softening, softening_integral, overstress, strengthened
+   public :: cohesive_law, cohesive_update, cohesive_tangent, start_point, softening, softening_integral, overstress, &
+             strengthened, on_strength
 
    !> Constants of the softening curve (Munjiza, Andrews and White 1999); c is a whole number here
    real(wp), parameter :: a = 0.63_wp, b = 1.8_wp
@@ -25,6 +26,12 @@ module cohesive_m
    real(wp), parameter :: least_range = 0.1_wp
    integer, parameter :: most_iterations = 50
    real(wp), parameter :: close_enough = 1.0e-14_wp
+   !> Damage that may grow in one part of a way, and halvings of the way to find where the damage reaches 1
+   real(wp), parameter :: largest_growth = 0.05_wp
+   integer, parameter :: halvings = 30
+   !> Difference over the opening at the strength from which the tangent is found: the square root of rounding is 1e-8, and
+   !> the law is smooth over its own peak
+   real(wp), parameter :: difference = 1.0e-6_wp
 
    !> Parameters of a cohesive joint
    type, public :: cohesive_t
@@ -155,23 +162,115 @@ contains
       end if
    end function overstress
 
+   !> The part of a stress that the law can carry: as it is within the strength, on its surface beyond. Pressure stays.
+   pure function on_strength(law, normal, shear) result(carried)
+      type(cohesive_t), intent(in) :: law
+      !> Normal stress, tension positive, and shear stress [Pa]
+      real(wp), intent(in) :: normal, shear
+      real(wp) :: carried(2)
+      real(wp) :: factor
+
+      factor = max(1.0_wp, overstress(law, normal, shear))
+      carried = [merge(normal/factor, normal, normal > 0.0_wp), shear/factor]
+   end function on_strength
+
    !> Bring a point to a new opening and slip.
    pure subroutine cohesive_update(law, opening, slip, point)
       type(cohesive_t), intent(in) :: law
       !> Opening, negative when the walls overlap, and slip [m]
       real(wp), intent(in) :: opening, slip
       type(cohesive_point_t), intent(inout) :: point
-      real(wp) :: pressure, bond, peak_slip, range, tension, tension_before, shear_before, shear_stiffness, limit, spring, &
-                  damage
+      type(cohesive_point_t) :: before
+      real(wp) :: damage
 
-      pressure = max(-law%stiffness*opening, 0.0_wp)
-      call slip_limits(law, pressure, bond, peak_slip, range)
-      damage = damage_at(law, max(opening, 0.0_wp), abs(slip), peak_slip, range, point%damage)
+      damage = damage_on(law, opening, slip, point%damage)
+      if (damage - point%damage <= largest_growth) then
+         call step_to(law, opening, slip, damage, point)
+      else
+         before = point
+         call step_to(law, opening, slip, damage, point)
+         call spend_on_way(law, opening, slip, before, point)
+      end if
+   end subroutine cohesive_update
+
+   !> Damage has grown much: energy and work along the straight way, in parts, so that they do not depend on how long the
+   !> way is. State and stresses stay those of the one step: they must not jump with the number of parts.
+   pure subroutine spend_on_way(law, opening, slip, before, point)
+      type(cohesive_t), intent(in) :: law
+      !> Opening and slip at the end [m]
+      real(wp), intent(in) :: opening, slip
+      !> Point at the start and at the end
+      type(cohesive_point_t), intent(in) :: before
+      type(cohesive_point_t), intent(inout) :: point
+      type(cohesive_point_t) :: on_way
+      real(wp) :: from(2), way(2), place(2), last
+      integer :: i, parts
+
+      from = [before%opening, before%slip]
+      way = [opening, slip] - from
+      parts = ceiling((point%damage - before%damage)/largest_growth)
+      last = 1.0_wp
+      if (point%damage >= 1.0_wp) last = end_of_softening(law, from, way, before%damage)
+      on_way = before
+      do i = 1, parts
+         place = from + real(i, wp)/real(parts, wp)*last*way
+         call step_to(law, place(1), place(2), damage_on(law, place(1), place(2), on_way%damage), on_way)
+      end do
+      call step_to(law, opening, slip, point%damage, on_way)
+      point%spent_i = on_way%spent_i
+      point%spent_ii = on_way%spent_ii
+      point%work = on_way%work
+   end subroutine spend_on_way
+
+   !> Part of a way, 0 to 1, at which the damage reaches 1; at the end of the way it has.
+   pure real(wp) function end_of_softening(law, from, way, before) result(part)
+      type(cohesive_t), intent(in) :: law
+      !> Opening and slip at the start, and the way from there (2) [m]; damage at the start
+      real(wp), intent(in) :: from(2), way(2), before
+      real(wp) :: low, middle
+      integer :: i
+
+      low = 0.0_wp
+      part = 1.0_wp
+      do i = 1, halvings
+         middle = 0.5_wp*(low + part)
+         if (damage_on(law, from(1) + middle*way(1), from(2) + middle*way(2), before) >= 1.0_wp) then
+            part = middle
+         else
+            low = middle
+         end if
+      end do
+   end function end_of_softening
+
+   !> Damage at an opening and slip, not less than before.
+   pure real(wp) function damage_on(law, opening, slip, before) result(damage)
+      type(cohesive_t), intent(in) :: law
+      !> Opening, negative when the walls overlap, and slip [m]
+      real(wp), intent(in) :: opening, slip
+      real(wp), intent(in) :: before
+      real(wp) :: bond, peak_slip, range
+
+      call slip_limits(law, max(-law%stiffness*opening, 0.0_wp), bond, peak_slip, range)
+      damage = damage_at(law, max(opening, 0.0_wp), abs(slip), peak_slip, range, before)
+   end function damage_on
+
+   !> Take a point to an opening and slip at which the damage is known.
+   pure subroutine step_to(law, opening, slip, damage, point)
+      type(cohesive_t), intent(in) :: law
+      !> Opening, negative when the walls overlap, and slip [m]
+      real(wp), intent(in) :: opening, slip
+      !> Not less than that of the point
+      real(wp), intent(in) :: damage
+      type(cohesive_point_t), intent(inout) :: point
+      real(wp) :: pressure, bond, peak_slip, range, tension, tension_before, shear_before, shear_stiffness, limit, spring
+
       if (damage <= 0.0_wp) then
          call move_point(opening, slip, law%stiffness*opening, law%stiffness*slip, point)
          return
       end if
 
+      pressure = max(-law%stiffness*opening, 0.0_wp)
+      call slip_limits(law, pressure, bond, peak_slip, range)
       tension_before = secant(law%tensile_strength, law%peak_opening, law%opening_range, point%damage)
       shear_before = secant(bond, peak_slip, range, point%damage)
       tension = secant(law%tensile_strength, law%peak_opening, law%opening_range, damage)
@@ -190,7 +289,31 @@ contains
       end if
       call move_point(opening, slip, merge(tension, law%stiffness, opening > 0.0_wp)*opening, &
                       shear_stiffness*slip + spring*(slip - point%slide), point)
-   end subroutine cohesive_update
+   end subroutine step_to
+
+   !> Derivatives of normal and shear stress by opening and slip (2, 2) [Pa/m], for a law that goes from the point `before`
+   !> straight to an opening and slip. Differences in the direction of the motion: at a kink the side that is being entered.
+   pure function cohesive_tangent(law, opening, slip, before) result(tangent)
+      type(cohesive_t), intent(in) :: law
+      !> Opening, negative when the walls overlap, and slip [m]
+      real(wp), intent(in) :: opening, slip
+      !> State that the law starts from
+      type(cohesive_point_t), intent(in) :: before
+      real(wp) :: tangent(2, 2)
+      type(cohesive_point_t) :: here, ahead
+      real(wp) :: step
+
+      here = before
+      call cohesive_update(law, opening, slip, here)
+      step = sign(difference*law%peak_opening, opening - before%opening)
+      ahead = before
+      call cohesive_update(law, opening + step, slip, ahead)
+      tangent(:, 1) = [ahead%normal - here%normal, ahead%shear - here%shear]/step
+      step = sign(difference*law%peak_opening, slip - before%slip)
+      ahead = before
+      call cohesive_update(law, opening, slip + step, ahead)
+      tangent(:, 2) = [ahead%normal - here%normal, ahead%shear - here%shear]/step
+   end function cohesive_tangent
 
    !> Take over a new place and its stresses, and the work of the mean stresses on the way.
    pure subroutine move_point(opening, slip, normal, shear, point)

@@ -1,7 +1,7 @@
 !> The cohesive joints of a scene: rock that may break, edge by edge, and what is known of the cracks in it.
 module bonds_m
    use kinds_m, only: wp
-   use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_law, strengthened, overstress, start_point
+   use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_law, strengthened, on_strength, overstress, start_point
    use bond_m, only: bond_points, bond_weight, bond_forces, bond_stiffness_bound
    implicit none
    private
@@ -80,24 +80,31 @@ contains
       bonds%broken = [bonds%broken, [(.false., b=1, size(length))]]
    end subroutine add_bonds
 
-   !> Let a bond start at the stress of the rock, at or within its strength: where the stress is beyond the strength, the
-   !> bond is made as strong as that, so that no force jumps. The fracture energies stay.
-   pure subroutine start_bond(bonds, b, law, normal, shear)
+   !> Let a bond start at the stress of the rock, at or within its strength. Where the stress is beyond the strength, either
+   !> the bond is made as strong as that, so that no force jumps (its fracture energies stay), or it carries what its
+   !> strength allows and equilibrium has to be found anew.
+   pure subroutine start_bond(bonds, b, law, normal, shear, no_jump)
       type(bonds_t), intent(inout) :: bonds
       integer, intent(in) :: b
       !> Law of the rock
       type(cohesive_t), intent(in) :: law
       !> Normal stress, tension positive, and shear stress on the edge [Pa]
       real(wp), intent(in) :: normal, shear
-      real(wp) :: factor
+      logical, intent(in) :: no_jump
+      real(wp) :: stress(2)
       integer :: k
 
-      factor = overstress(law, normal, shear)
       bonds%law(b) = law
-      if (factor > 1.0_wp) bonds%law(b) = strengthened(law, strength_factor(law, normal, shear))
+      stress = [normal, shear]
+      if (no_jump) then
+         if (overstress(law, normal, shear) > 1.0_wp) &
+            bonds%law(b) = strengthened(law, strength_factor(law, normal, shear))
+      else
+         stress = on_strength(law, normal, shear)
+      end if
       do k = 1, bond_points
-         bonds%shift(:, k, b) = [normal, shear]/law%stiffness
-         call start_point(bonds%law(b), normal, shear, bonds%point(k, b))
+         bonds%shift(:, k, b) = stress/law%stiffness
+         call start_point(bonds%law(b), stress(1), stress(2), bonds%point(k, b))
       end do
    end subroutine start_bond
 

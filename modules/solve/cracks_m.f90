@@ -19,8 +19,8 @@ module cracks_m
    implicit none
    private
 
-   public :: start_cracks, note_cracks, overstressed_edges, cut_overstressed, describe_bonds, hold_back, restart_release, &
-             release_factor
+   public :: start_cracks, note_cracks, overstressed_edges, cut_overstressed, crack_at_rest, describe_bonds, hold_back, &
+             restart_release, release_factor
 
    !> New cracks let go of the force that their bonds do not carry over this many times the time a wave takes through an
    !> element
@@ -261,11 +261,13 @@ contains
 
    !> Cut edges and let their bonds start at the stress of the rock. So do bonds that could not open until now: what they
    !> were put in with is no longer true.
-   subroutine cut_overstressed(scene, state, edge, parent)
+   subroutine cut_overstressed(scene, state, edge, no_jump, parent)
       type(scene_t), intent(inout) :: scene
       type(state_t), intent(inout) :: state
       !> Edges of the mesh as read
       integer, intent(in) :: edge(:)
+      !> Are bonds made as strong as the stress they start at, so that no force jumps?
+      logical, intent(in) :: no_jump
       !> Node that each node was before (nodes)
       integer, allocatable, intent(out) :: parent(:)
       logical, allocatable :: fresh(:)
@@ -286,9 +288,29 @@ contains
             call stress_across(scene, state, e, 0.5_wp*(solid_stress(scene%solid, beside(1), state%u) + &
                                                         solid_stress(scene%solid, beside(2), state%u)), normal, shear)
          end associate
-         call start_bond(scene%bonds, b, rock_law(scene, scene%bonds%fractures + b, scene%bonds%setting(b)), normal, shear)
+         call start_bond(scene%bonds, b, rock_law(scene, scene%bonds%fractures + b, scene%bonds%setting(b)), normal, shear, &
+                         no_jump)
       end do
    end subroutine cut_overstressed
+
+   !> Note what has broken and cut the edges whose stress has reached the strength, in a state of rest. No force is held back:
+   !> equilibrium is to be found anew.
+   subroutine crack_at_rest(scene, state, changed, parent)
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      !> Have mesh or contact changed, so that there is no equilibrium any more?
+      logical, intent(out) :: changed
+      !> Node that each node was before (nodes); not allocated when no edge was cut
+      integer, allocatable, intent(out) :: parent(:)
+      integer, allocatable :: edge(:)
+
+      call note_cracks(scene, state, changed)
+      if (.not. scene%is_adaptive) return
+      edge = overstressed_edges(scene, state)
+      if (size(edge) == 0) return
+      changed = .true.
+      call cut_overstressed(scene, state, edge, .false., parent)
+   end subroutine crack_at_rest
 
    !> Hold back the forces that new cuts would set free at once, and let go of them over some passages of a wave through
    !> an element: so the acceleration of no node jumps.

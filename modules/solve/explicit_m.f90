@@ -191,7 +191,7 @@ contains
       changed = .true.
       call find_forces(scene, level, state, searched)
       acceleration = total_force(scene, state)/spread(state%mass, 1, 2)
-      call cut_overstressed(scene, state, edge, parent)
+      call cut_overstressed(scene, state, edge, .true., parent)
       call restart_release(scene, state%time, parent)
       call find_forces(scene, level, state, searched)
       call hold_back(scene, state, parent, acceleration, total_force(scene, state))

@@ -17,7 +17,7 @@ module increment_m
    implicit none
    private
 
-   public :: joints_from_start, keep_unmoved, start_increment, forces_from_start, account_increment
+   public :: joints_from_start, keep_unmoved, start_increment, forces_from_start, account_increment, has_left
 
    !> Where an increment starts and what it goes to
    type, public :: increment_t
@@ -90,33 +90,50 @@ contains
       call keep_unmoved(increment%start%joint, state%joint)
    end subroutine forces_from_start
 
+   !> Has a node moved farther in this increment than the scene is large, beyond what is prescribed?
+   pure logical function has_left(scene, increment, state)
+      type(scene_t), intent(in) :: scene
+      class(increment_t), intent(in) :: increment
+      type(state_t), intent(in) :: state
+      real(wp) :: extent(2)
+
+      extent = maxval(scene%split%x, dim=2) - minval(scene%split%x, dim=2)
+      has_left = maxval(abs(state%u - increment%start%u), mask=.not. scene%loads%fixed) > maxval(extent)
+   end function has_left
+
    !> Add the work of an increment to the energy account, forces taken as the mean of start and end.
    subroutine account_increment(scene, start, state)
       type(scene_t), intent(in) :: scene
       type(state_t), intent(in) :: start
       type(state_t), intent(inout) :: state
-      real(wp) :: reaction, path, contact, friction, external
+      real(wp) :: net, path, contact, friction, external, damping
       integer :: n, i
 
       contact = 0.0_wp
       friction = 0.0_wp
       external = 0.0_wp
+      damping = 0.0_wp
       do n = 1, size(state%u, 2)
          do i = 1, 2
             path = state%u(i, n) - start%u(i, n)
             contact = contact - 0.5_wp*(start%normal(i, n) + state%normal(i, n))*path
             friction = friction - 0.5_wp*(start%friction(i, n) + state%friction(i, n))*path
             external = external + 0.5_wp*(start%load(i, n) + state%load(i, n))*path
-            if (.not. scene%loads%fixed(i, n)) cycle
-            reaction = start%solid(i, n) + start%normal(i, n) + start%friction(i, n) + start%load(i, n) &
-                       + state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
-            external = external - 0.5_wp*reaction*path
+            net = start%solid(i, n) + start%normal(i, n) + start%friction(i, n) + start%load(i, n) &
+                  + state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
+            ! Reactions where motion is prescribed; elsewhere what would have set the rock in motion
+            if (scene%loads%fixed(i, n)) then
+               external = external - 0.5_wp*net*path
+            else
+               damping = damping + 0.5_wp*net*path
+            end if
          end do
       end do
       associate (energy => state%energy)
          energy%contact = energy%contact + contact
          energy%friction = energy%friction + friction
          energy%external = energy%external + external
+         energy%damping = energy%damping + damping
          energy%kinetic = 0.0_wp
          energy%strain = strain_energy(scene%solid, state%u)
          energy%fracture = bonds_work(scene%bonds)

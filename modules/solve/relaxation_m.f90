@@ -14,9 +14,9 @@ module relaxation_m
    use loads_m, only: loads_t, smooth_ramp
    use motion_m, only: unbalanced_ratio
    use stable_step_m, only: stiffness_bound, scaled_mass
-   use cracks_m, only: note_cracks, overstressed_edges, cut_overstressed, describe_bonds
+   use cracks_m, only: crack_at_rest, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
-   use increment_m, only: increment_t, start_increment, forces_from_start, account_increment
+   use increment_m, only: increment_t, start_increment, forces_from_start, account_increment, has_left
    implicit none
    private
 
@@ -47,6 +47,7 @@ contains
       type(error_list_t), intent(inout) :: errors
       type(increment_t) :: increment
       real(wp) :: level, duration
+      integer, allocatable :: parent(:)
       integer :: substep, cycles, substeps
       logical :: changed
 
@@ -68,7 +69,7 @@ contains
          level = increment%level
          do
             if (.not. scene%can_break) exit
-            call let_crack(scene, state, changed)
+            call crack_at_rest(scene, state, changed, parent)
             if (.not. changed) exit
             call start_increment(scene, level, state, increment)
             increment%level = level
@@ -223,33 +224,6 @@ contains
       end do
       v = 0.0_wp
    end subroutine back_to_peak
-
-   !> Note what has broken and cut the edges whose stress has reached the strength.
-   subroutine let_crack(scene, state, changed)
-      type(scene_t), intent(inout) :: scene
-      type(state_t), intent(inout) :: state
-      !> Have mesh or contact changed, so that there is no equilibrium any more?
-      logical, intent(out) :: changed
-      integer, allocatable :: edge(:), parent(:)
-
-      call note_cracks(scene, state, changed)
-      if (.not. scene%is_adaptive) return
-      edge = overstressed_edges(scene, state)
-      if (size(edge) == 0) return
-      changed = .true.
-      call cut_overstressed(scene, state, edge, parent)
-   end subroutine let_crack
-
-   !> Has a node moved farther in this increment than the scene is large, beyond what is prescribed?
-   pure logical function has_left(scene, increment, state)
-      type(scene_t), intent(in) :: scene
-      type(increment_t), intent(in) :: increment
-      type(state_t), intent(in) :: state
-      real(wp) :: extent(2)
-
-      extent = maxval(scene%split%x, dim=2) - minval(scene%split%x, dim=2)
-      has_left = maxval(abs(state%u - increment%start%u), mask=.not. scene%loads%fixed) > maxval(extent)
-   end function has_left
 
    !> Say when and where the rock does not come to rest.
    subroutine report_failure(scene, stage, cycle, increment, steps, state, errors)

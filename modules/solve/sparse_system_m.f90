@@ -1,8 +1,8 @@
 !> The sparse matrix of the implicit solver: which unknowns there are, where the entries stand, and how elements add.
 !>
 !> Every component of a node's displacement that is not prescribed is an unknown. The pattern joins the nodes of each
-!> triangle, and the nodes of each wall with those it faces and their neighbours, so that a wall can slide some way before
-!> the pattern has to be built again.
+!> triangle and of each bond, and the nodes of each wall with those it faces and their neighbours, so that a wall can slide
+!> some way before the pattern has to be built again.
 module sparse_system_m
    use kinds_m, only: wp
    use wall_contact_m, only: wall_contact_t
@@ -29,11 +29,11 @@ module sparse_system_m
 contains
 
    !> Number the unknowns and lay out the pattern.
-   subroutine build_system(fixed, triangle, joints, walls, system)
+   subroutine build_system(fixed, triangle, bond, joints, walls, system)
       !> Prescribed components (2, nodes)
       logical, intent(in) :: fixed(:, :)
-      !> Corner nodes (3, triangles)
-      integer, intent(in) :: triangle(:, :)
+      !> Corner nodes (3, triangles), nodes of bonds (4, bonds)
+      integer, intent(in) :: triangle(:, :), bond(:, :)
       type(joints_t), intent(in) :: joints
       !> Walls where they face each other now
       type(wall_contact_t), intent(in) :: walls
@@ -49,33 +49,39 @@ contains
             system%number(i, n) = system%unknowns
          end do
       end do
-      call list_groups(triangle, joints, walls, group_first, group_node)
+      call list_groups(triangle, bond, joints, walls, group_first, group_node)
       call node_neighbours(size(fixed, 2), group_first, group_node, first, neighbour)
       call expand(first, neighbour, system)
       allocate (system%value(size(system%column)), source=0.0_wp)
       call place_triangles(triangle, system)
    end subroutine build_system
 
-   !> Groups of nodes that are all joined with each other: triangles, and walls with what they may face.
-   pure subroutine list_groups(triangle, joints, walls, group_first, group_node)
-      integer, intent(in) :: triangle(:, :)
+   !> Groups of nodes that are all joined with each other: triangles, bonds, and walls with what they may face.
+   pure subroutine list_groups(triangle, bond, joints, walls, group_first, group_node)
+      integer, intent(in) :: triangle(:, :), bond(:, :)
       type(joints_t), intent(in) :: joints
       type(wall_contact_t), intent(in) :: walls
       !> Nodes of group g: group_node(group_first(g):group_first(g + 1) - 1)
       integer, allocatable, intent(out) :: group_first(:), group_node(:)
       integer, parameter :: most = 4 + 2*(2*reach + 1)
-      integer :: e, w, g, last, passed, edge
+      integer :: e, w, g, last, passed, edge, elements
 
-      allocate (group_first(size(triangle, 2) + size(walls%joint) + 1), &
-                group_node(3*size(triangle, 2) + most*size(walls%joint)))
+      elements = size(triangle, 2) + size(bond, 2)
+      allocate (group_first(elements + size(walls%joint) + 1), &
+                group_node(3*size(triangle, 2) + 4*size(bond, 2) + most*size(walls%joint)))
       last = 0
       do e = 1, size(triangle, 2)
          group_first(e) = last + 1
          group_node(last + 1:last + 3) = triangle(:, e)
          last = last + 3
       end do
+      do e = 1, size(bond, 2)
+         group_first(size(triangle, 2) + e) = last + 1
+         group_node(last + 1:last + 4) = bond(:, e)
+         last = last + 4
+      end do
       do w = 1, size(walls%joint)
-         g = size(triangle, 2) + w
+         g = elements + w
          group_first(g) = last + 1
          group_node(last + 1:last + 4) = joints%node(:, walls%joint(w))
          last = last + 4

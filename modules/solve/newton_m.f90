@@ -1,0 +1,449 @@
+!> Newton's method for one increment of the implicit solver: the forces of a trial displacement, their tangent, and the
+!> iteration between them.
+!>
+!> Every trial starts from joints and bonds as they were at the start of the increment, so that an increment is one step of
+!> every law, however many iterations it takes. The matrix is kept as long as iterations converge with it (anderson_m), and
+!> made anew when they don't.
+module newton_m
+   use kinds_m, only: wp, i8
+   use scene_m, only: scene_t
+   use state_m, only: state_t
+   use solid_m, only: solid_forces
+   use solid_tangent_m, only: triangle_tangent
+   use bond_m, only: bond_tangent
+   use bonds_m, only: hold_together, is_closed
+   use wall_contact_m, only: find_overlaps, add_wall_forces
+   use joints_m, only: couple_walls
+   use wall_tangent_m, only: wall_element_t, wall_tangent, points_of_walls
+   use loads_m, only: nodal_loads
+   use motion_m, only: unbalanced_ratio
+   use sparse_system_m, only: sparse_system_t, build_system, add_block, gather, scatter
+   use mumps_m, only: sparse_lu_t, linear_ok
+   use anderson_m, only: anderson_t
+   use increment_m, only: increment_t, joints_from_start, keep_unmoved
+   implicit none
+   private
+
+   public :: start_increment_at, lay_out, equilibrate, evaluate, go_back, free_norm
+
+   !> What Newton's method remembers from one increment to the next
+   type, public :: newton_t
+      type(sparse_system_t) :: system
+      type(sparse_lu_t) :: lu
+      type(anderson_t) :: past
+      !> Does the matrix belong to the present pattern?
+      logical :: factored = .false.
+      !> Are there bodies that only weak springs hold?
+      logical :: weak_springs = .false.
+      !> Diagonal of the last matrix (unknowns) [N/m]
+      real(wp), allocatable :: diagonal(:)
+      !> Work done so far
+      integer(i8) :: iterations = 0_i8, factorisations = 0_i8, patterns = 0_i8
+   end type newton_t
+
+   !> One increment, and what the iteration needs to know of it
+   type, public, extends(increment_t) :: newton_increment_t
+      !> Surface edges that the walls faced at its start (walls)
+      integer, allocatable :: facing(:)
+      !> Longest correction of one iteration [m]
+      real(wp) :: longest = huge(1.0_wp)
+      !> Drag on the free nodes over the stiffness of the rock around them: a force against their displacement since the
+      !> start of the increment. 0: none; with it an increment is a step of pseudo-time
+      real(wp) :: drag = 0.0_wp
+   end type newton_increment_t
+
+   !> An iteration with a kept matrix must reduce the unbalanced force to this share, or the matrix is made anew
+   real(wp), parameter :: good_reduction = 0.3_wp
+   !> Least share by which a step of length 1 must reduce the unbalanced force
+   real(wp), parameter :: sufficient = 1.0e-4_wp
+   !> A correction may move a node this many joint lengths (plus what the increment prescribes)
+   real(wp), parameter :: longest_correction = 0.5_wp
+   !> Rounding of the forces: this many times the machine's precision
+   real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
+   !> Weak springs over the stiffness of the rock
+   real(wp), parameter :: weak = 1.0e-8_wp
+   !> Dilation that pushes the walls is found together with the pressure [mm]
+   real(wp), parameter :: dilation_tolerance = 1.0e-13_wp
+   integer, parameter :: dilation_iterations = 30
+
+contains
+
+   !> An increment that starts from the present state and goes to a load level.
+   subroutine start_increment_at(scene, level, duration, state, increment)
+      type(scene_t), intent(in) :: scene
+      !> Loads at its end, 0 to 1 over the stage
+      real(wp), intent(in) :: level
+      !> Time that prescribed velocities act [s]
+      real(wp), intent(in) :: duration
+      type(state_t), intent(in) :: state
+      type(newton_increment_t), intent(out) :: increment
+
+      increment%start = state
+      increment%facing = scene%walls%facing
+      increment%level = level
+      if (scene%can_break) increment%bond = scene%bonds%point
+      if (size(scene%joints%length) > 0) increment%longest = longest_correction*minval(scene%joints%length) &
+                                                             + duration*maxval(abs(scene%loads%velocity))
+   end subroutine start_increment_at
+
+   !> Back to the start of an increment.
+   subroutine go_back(scene, increment, state)
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(inout) :: state
+
+      state = increment%start
+      scene%walls%facing = increment%facing
+      if (scene%can_break) scene%bonds%point = increment%bond
+   end subroutine go_back
+
+   !> Number the unknowns and lay out the matrix for where the walls are now.
+   subroutine lay_out(self, scene, state)
+      class(newton_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(in) :: state
+      integer :: status
+
+      call find_overlaps(scene%walls, scene%split%x, state%u)
+      call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene), scene%joints, scene%walls, self%system)
+      call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
+      self%factored = .false.
+      self%patterns = self%patterns + 1_i8
+      call self%past%forget(self%system%unknowns)
+   end subroutine lay_out
+
+   !> Nodes of the bonds that have a part in the matrix: those that hold or press, and can open (4, bonds).
+   pure function bonds_in_matrix(scene) result(node)
+      type(scene_t), intent(in) :: scene
+      integer, allocatable :: node(:, :)
+      integer :: b
+
+      allocate (node(4, 0))
+      if (.not. scene%can_break) return
+      node = scene%bonds%node(:, pack([(b, b=1, size(scene%bonds%active))], has_stiffness(scene)))
+   end function bonds_in_matrix
+
+   !> Does a bond hold or press, and can it open? (bonds)
+   pure function has_stiffness(scene) result(has)
+      type(scene_t), intent(in) :: scene
+      logical :: has(size(scene%bonds%active))
+      integer :: b
+
+      has = [(scene%bonds%active(b) .and. .not. is_closed(scene%bonds%node(:, b)), b=1, size(has))]
+   end function has_stiffness
+
+   !> Norm of the unbalanced forces [N per m of thickness].
+   pure real(wp) function free_norm(scene, state)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+
+      free_norm = norm2(pack(net_force(state),.not. scene%loads%fixed))
+   end function free_norm
+
+   !> Newton's method from the first guess in state%u, whose forces are known.
+   subroutine equilibrate(self, scene, increment, tolerance, state, iterations, converged)
+      class(newton_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      !> Unbalanced force ratio
+      real(wp), intent(in) :: tolerance
+      type(state_t), intent(inout) :: state
+      integer, intent(out) :: iterations
+      logical, intent(out) :: converged
+      real(wp) :: residual(self%system%unknowns), step(self%system%unknowns), unbalanced, before
+      logical :: fresh, slow, regular
+
+      converged = .false.
+      slow = scene%deck%implicit%matrix == 'new'
+      call self%past%forget(self%system%unknowns)
+      call gather(self%system, net_force(state), residual)
+      unbalanced = norm2(residual)
+      do iterations = 0, scene%deck%implicit%max_iterations
+         if (iterations > 0) self%iterations = self%iterations + 1_i8
+         if (unbalanced_ratio(scene%loads, state) <= tolerance) then
+            converged = .true.
+            return
+         end if
+         fresh = slow .or. .not. self%factored
+         if (fresh) then
+            call renew_matrix(self, scene, increment, state, residual, regular)
+            if (.not. regular) return
+         end if
+         call correction(self, residual, increment%longest, step, regular)
+         if (.not. regular) return
+         before = unbalanced
+         call search_line(self, scene, increment, step, fresh, state, residual, unbalanced)
+         if (unbalanced < before) then
+            call self%past%took(step)
+            slow = unbalanced > good_reduction*before
+         else if (fresh) then
+            ! As good as rounding allows?
+            converged = unbalanced <= rounding*norm2(self%diagonal*displacement(self, state))
+            return
+         else
+            slow = .true.
+         end if
+         if (scene%deck%implicit%matrix == 'new') slow = .true.
+      end do
+   end subroutine equilibrate
+
+   !> Step of an iteration: the matrix' answer to the unbalanced force, with what earlier iterations taught.
+   subroutine correction(self, residual, longest, step, regular)
+      class(newton_t), intent(inout) :: self
+      !> Unbalanced force (unknowns) [N/m]
+      real(wp), intent(in) :: residual(:)
+      !> Longest correction [m]
+      real(wp), intent(in) :: longest
+      real(wp), intent(out) :: step(:)
+      logical, intent(out) :: regular
+      real(wp) :: answer(size(residual)), largest
+      integer :: status
+
+      answer = residual
+      call self%lu%solve(answer, status)
+      regular = status == linear_ok .and. all(abs(answer) < huge(1.0_wp))
+      if (.not. regular) return
+      call self%past%next_step(answer, step)
+      largest = maxval(abs(step))
+      if (largest > longest) step = step*(longest/largest)
+   end subroutine correction
+
+   !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force. A kept matrix gets one
+   !> try. Without success the state is where it was.
+   subroutine search_line(self, scene, increment, step, fresh, state, residual, unbalanced)
+      class(newton_t), intent(in) :: self
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      !> Step in, the part of it that was taken out (unknowns) [m]
+      real(wp), intent(inout) :: step(:)
+      !> Does the matrix belong to this state?
+      logical, intent(in) :: fresh
+      type(state_t), intent(inout) :: state
+      !> Unbalanced force (unknowns) [N/m] and its norm, at the state
+      real(wp), intent(inout) :: residual(:), unbalanced
+      real(wp) :: origin(2, size(state%u, 2)), share, before
+      integer :: halvings, most
+
+      origin = state%u
+      before = unbalanced
+      share = 1.0_wp
+      most = merge(scene%deck%implicit%line_search, 0, fresh)
+      do halvings = 0, most
+         state%u = origin
+         call scatter(self%system, share, step, state%u)
+         call evaluate(scene, increment, state)
+         call gather(self%system, net_force(state), residual)
+         unbalanced = norm2(residual)
+         ! A comparison with NaN is false
+         if (unbalanced <= (1.0_wp - sufficient*share)*before) then
+            step = share*step
+            return
+         end if
+         share = 0.5_wp*share
+      end do
+      state%u = origin
+      call evaluate(scene, increment, state)
+      call gather(self%system, net_force(state), residual)
+      unbalanced = norm2(residual)
+   end subroutine search_line
+
+   !> Assemble and factor the matrix of the present state, on a new pattern where walls have slid out of the old one.
+   subroutine renew_matrix(self, scene, increment, state, residual, regular)
+      class(newton_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(in) :: state
+      !> Unbalanced force (unknowns)
+      real(wp), intent(in) :: residual(:)
+      logical, intent(out) :: regular
+      integer :: status
+      logical :: outside
+
+      call assemble(scene, increment, state, self%system, outside)
+      if (outside) then
+         call lay_out(self, scene, state)
+         call assemble(scene, increment, state, self%system, outside)
+      end if
+      self%diagonal = diagonal_of(self%system)
+      if (self%weak_springs) then
+         where (self%system%row == self%system%column) self%system%value = (1.0_wp + weak)*self%system%value
+      end if
+      call self%lu%factor(self%system%value, status)
+      self%factorisations = self%factorisations + 1_i8
+      regular = status == linear_ok .and. .not. outside .and. size(residual) == self%system%unknowns
+      self%factored = regular
+      call self%past%forget(self%system%unknowns)
+   end subroutine renew_matrix
+
+   !> Tangent stiffness of rock, bonds, walls and follower pressure, and the drag.
+   subroutine assemble(scene, increment, state, system, outside)
+      type(scene_t), intent(in) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(in) :: state
+      type(sparse_system_t), intent(inout) :: system
+      !> Is the pattern too small?
+      logical, intent(out) :: outside
+      type(wall_element_t) :: element
+      real(wp) :: stiffness(36)
+      integer :: first(size(scene%walls%joint) + 1), e, w, i
+
+      outside = .false.
+      system%value = 0.0_wp
+      do e = 1, size(scene%solid%node, 2)
+         stiffness = reshape(triangle_tangent(scene%solid, e, state%u(:, scene%solid%node(:, e))), [36])
+         do i = 1, 36
+            associate (entry => system%triangle_entry(i, e))
+               if (entry > 0) system%value(entry) = system%value(entry) + stiffness(i)
+            end associate
+         end do
+      end do
+      do e = 1, size(scene%loads%pressure_surface)
+         call add_block(system, scene%loads%pressure_edge(:, e), pressure_stiffness(scene, e, increment%level), outside)
+      end do
+      if (scene%can_break) call assemble_bonds(scene, increment, state, system, outside)
+      if (increment%drag > 0.0_wp) call assemble_drag(scene, increment, system)
+      if (.not. scene%has_walls) return
+      call points_of_walls(scene%walls, first)
+      do w = 1, size(scene%walls%joint)
+         call wall_tangent(scene%joints, scene%walls, w, first(w), first(w + 1) - 1, scene%split%x, state%u, &
+                           state%joint(scene%walls%joint(w)), element)
+         call add_block(system, element%node(:element%nodes), element%stiffness, outside)
+      end do
+   end subroutine assemble
+
+   !> Tangent stiffness of the bonds.
+   subroutine assemble_bonds(scene, increment, state, system, outside)
+      type(scene_t), intent(in) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(in) :: state
+      type(sparse_system_t), intent(inout) :: system
+      logical, intent(inout) :: outside
+      logical :: has(size(scene%bonds%active))
+      integer :: b
+
+      has = has_stiffness(scene)
+      do b = 1, size(has)
+         if (.not. has(b)) cycle
+         associate (bonds => scene%bonds, node => scene%bonds%node(:, b))
+            call add_block(system, node, bond_tangent(bonds%length(b), bonds%law(b), bonds%shift(:, :, b), &
+                                                      scene%split%x(:, node), state%u(:, node), increment%bond(:, b), &
+                                                      softens=increment%drag > 0.0_wp), outside)
+         end associate
+      end do
+   end subroutine assemble_bonds
+
+   !> The drag on the diagonal.
+   subroutine assemble_drag(scene, increment, system)
+      type(scene_t), intent(in) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      type(sparse_system_t), intent(inout) :: system
+      real(wp) :: drag(system%unknowns)
+
+      call gather(system, increment%drag*spread(scene%rock_stiffness, 1, 2), drag)
+      where (system%row == system%column) system%value = system%value + drag(system%row)
+   end subroutine assemble_drag
+
+   !> Stiffness of a follower pressure, which turns and lengthens with its edge: minus the derivative of its nodal forces.
+   pure function pressure_stiffness(scene, e, level) result(stiffness)
+      type(scene_t), intent(in) :: scene
+      !> Loaded edge
+      integer, intent(in) :: e
+      real(wp), intent(in) :: level
+      !> Components x, y of the edge's start and end (4, 4) [N/m per m of thickness]
+      real(wp) :: stiffness(4, 4)
+      real(wp) :: half
+
+      associate (start => scene%loads%pressure_start(e), finish => scene%loads%pressure_end(e))
+         half = 0.5_wp*(start + level*(finish - start))
+      end associate
+      ! Each end is pushed by half*[-along_y, along_x], along = end - start
+      stiffness = 0.0_wp
+      stiffness([1, 3], 2) = -half
+      stiffness([2, 4], 1) = half
+      stiffness([1, 3], 4) = half
+      stiffness([2, 4], 3) = -half
+   end function pressure_stiffness
+
+   !> Diagonal of the matrix.
+   pure function diagonal_of(system) result(diagonal)
+      type(sparse_system_t), intent(in) :: system
+      real(wp) :: diagonal(system%unknowns)
+      integer :: k
+
+      diagonal = 0.0_wp
+      do k = 1, size(system%value)
+         if (system%row(k) == system%column(k)) diagonal(system%row(k)) = system%value(k)
+      end do
+   end function diagonal_of
+
+   !> Displacements that are unknown (unknowns) [m].
+   pure function displacement(self, state) result(vector)
+      class(newton_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      real(wp) :: vector(self%system%unknowns)
+
+      call gather(self%system, state%u, vector)
+   end function displacement
+
+   !> Forces and joints at the displacement state%u, the joints updated from the start of the increment in one step.
+   subroutine evaluate(scene, increment, state)
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(inout) :: state
+      real(wp) :: guess(size(state%joint))
+      integer :: i
+
+      call nodal_loads(scene%loads, scene%split%x, state%u, increment%level, state%load)
+      state%solid = 0.0_wp
+      call solid_forces(scene%solid, state%u, state%solid)
+      if (scene%can_break) then
+         scene%bonds%point = increment%bond
+         call hold_together(scene%bonds, scene%split%x, state%u, state%solid)
+      end if
+      if (increment%drag > 0.0_wp) then
+         where (.not. scene%loads%fixed) state%solid = state%solid - increment%drag*spread(scene%rock_stiffness, 1, 2)* &
+                                                       (state%u - increment%start%u)
+      end if
+      if (.not. scene%has_walls) return
+      ! Walls walk to what they face now from where they were, not from where the last iteration took them
+      scene%walls%facing = increment%facing
+      call find_overlaps(scene%walls, scene%split%x, state%u)
+      if (any(scene%joints%coupled)) then
+         ! The pressure depends on the dilation, and that a little on the pressure
+         guess = state%joint%dilation
+         do i = 1, dilation_iterations
+            call update_joints(scene, increment, guess, state)
+            if (all(abs(state%joint%dilation - guess) <= dilation_tolerance .or. .not. scene%joints%coupled)) exit
+            guess = state%joint%dilation
+         end do
+      else
+         call update_joints(scene, increment, increment%start%joint%dilation, state)
+      end if
+      state%normal = 0.0_wp
+      state%friction = 0.0_wp
+      call add_wall_forces(scene%walls, scene%joints%pressure, scene%joints%shear, state%normal, state%friction)
+   end subroutine evaluate
+
+   !> Joints and tractions of the walls for a guess of the dilation that pushes them.
+   subroutine update_joints(scene, increment, dilation, state)
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      !> (joints) [mm]
+      real(wp), intent(in) :: dilation(:)
+      type(state_t), intent(inout) :: state
+
+      call joints_from_start(increment%start%joint, dilation, state%joint)
+      call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
+                        state%opening, state%aperture)
+      call keep_unmoved(increment%start%joint, state%joint)
+   end subroutine update_joints
+
+   !> Sum of all nodal forces (2, nodes) [N per m of thickness].
+   pure function net_force(state) result(force)
+      type(state_t), intent(in) :: state
+      real(wp) :: force(2, size(state%u, 2))
+
+      force = state%solid + state%normal + state%friction + state%load
+   end function net_force
+
+end module newton_m
