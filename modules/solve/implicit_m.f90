@@ -52,11 +52,13 @@ module implicit_m
    integer, parameter :: patience = 2
    !> Pseudo-time: drag of the first step, factors by which it falls after an easy step and grows after one without
    !> equilibrium, drag that lets nothing move any more, and drag so light that equilibrium without it is worth a try
-   real(wp), parameter :: first_drag = 1.0_wp, lighter = 0.25_wp, heavier = 4.0_wp, heaviest = 1.0e6_wp, light = 1.0e-5_wp
+   real(wp), parameter :: first_drag = 1.0_wp, lighter = 0.25_wp, heavier = 4.0_wp, heaviest = 1.0e6_wp, light = 1.0e-9_wp
    !> Unbalanced force ratio at which a step of pseudo-time is done, also as a share of what it starts from; steps before
    !> giving up
    real(wp), parameter :: pseudo_tolerance = 1.0e-5_wp, pseudo_share = 1.0e-2_wp
    integer, parameter :: most_pseudo_steps = 2000, easy_pseudo = 22
+   !> Steps found in a row after one that was not, before the drag falls again
+   integer, parameter :: in_a_row = 2
    !> A step that leaves less than this part of the unbalanced force ratio is followed by a try without drag
    real(wp), parameter :: calm = 0.5_wp
 
@@ -191,13 +193,14 @@ contains
       logical, intent(out) :: found
       type(newton_increment_t) :: increment
       real(wp) :: drag, to_come, tolerance, unbalanced
-      integer :: iterations, step
+      integer :: iterations, step, found_since
       logical :: changed, stepped, free, calming
 
       found = .false.
       drag = first_drag
       to_come = duration
       calming = .false.
+      found_since = in_a_row
       do step = 1, most_pseudo_steps
          call start_increment_at(scene, level, to_come, state, increment)
          where (scene%loads%fixed) state%u = state%u + to_come*scene%loads%velocity
@@ -206,6 +209,7 @@ contains
          tolerance = max(scene%deck%implicit%tolerance, min(pseudo_tolerance, pseudo_share*unbalanced))
          free = drag <= light .or. calming
          calming = .false.
+         increment%softens = .true.
          if (free) then
             tolerance = scene%deck%implicit%tolerance
          else
@@ -218,6 +222,7 @@ contains
             call give_up_increment(self, scene, increment, state)
             if (.not. free .or. drag <= light) drag = heavier*drag
             if (drag > heaviest) exit
+            if (.not. free) found_since = 0
             cycle
          end if
          to_come = 0.0_wp
@@ -233,7 +238,8 @@ contains
          call break_rock(self, scene, level, state, changed)
          if (found .and. .not. changed) return
          found = .false.
-         if (iterations <= easy_pseudo) drag = lighter*drag
+         found_since = found_since + 1
+         if (iterations <= easy_pseudo .and. found_since >= in_a_row) drag = lighter*drag
       end do
       call log%warn('rock that breaks does not come to rest after '//to_text(min(step, most_pseudo_steps))// &
                     ' steps of pseudo-time')

@@ -50,6 +50,8 @@ module newton_m
       !> Drag on the free nodes over the stiffness of the rock around them: a force against their displacement since the
       !> start of the increment. 0: none; with it an increment is a step of pseudo-time
       real(wp) :: drag = 0.0_wp
+      !> Softening of bonds in the tangent (see bond_tangent)? For increments that start near a stable equilibrium, or have drag
+      logical :: softens = .false.
    end type newton_increment_t
 
    !> An iteration with a kept matrix must reduce the unbalanced force to this share, or the matrix is made anew
@@ -327,7 +329,7 @@ contains
          associate (bonds => scene%bonds, node => scene%bonds%node(:, b))
             call add_block(system, node, bond_tangent(bonds%length(b), bonds%law(b), bonds%shift(:, :, b), &
                                                       scene%split%x(:, node), state%u(:, node), increment%bond(:, b), &
-                                                      softens=increment%drag > 0.0_wp), outside)
+                                                      softens=increment%softens), outside)
          end associate
       end do
    end subroutine assemble_bonds
