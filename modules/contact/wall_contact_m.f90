@@ -202,15 +202,14 @@ contains
       after = 0
       call edges_by_start(split, first, starts)
       do e = 1, n
+         if (held(e)) cycle
          end_node = split%origin(split%surface(2, e))
          best = 0
          best_cosine = facing_cosine
          best_joined = .false.
          do k = first(end_node), first(end_node + 1) - 1
             other = starts(k)
-            if (split%surface_joint(other) > 0) then
-               if (bonded(split%surface_joint(other))) cycle
-            end if
+            if (held(other)) cycle
             cosine = dot_product(direction(split, e), direction(split, other))
             if (cosine < facing_cosine) cycle
             ! The surface of the same body goes before that of another block
@@ -229,6 +228,17 @@ contains
             if (before(after(e)) == 0 .or. split%surface(2, e) == split%surface(1, after(e))) before(after(e)) = e
          end if
       end do
+
+   contains
+
+      !> Is it the wall of a bond, on which nothing may walk, neither forwards nor backwards?
+      pure logical function held(edge)
+         integer, intent(in) :: edge
+
+         held = .false.
+         if (split%surface_joint(edge) > 0) held = bonded(split%surface_joint(edge))
+      end function held
+
    end subroutine continue_straight
 
    !> Surface edges whose contact belongs to the walls: the walls themselves, and the free surface straight ahead of the
