@@ -23,7 +23,8 @@ program femdem
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
    use implicit_m, only: implicit_cycle, implicit_solver_t
    use relaxation_m, only: relaxation_cycle
-   use results_m, only: results_t, place_t, results_directory, load_state
+   use results_m, only: results_t, results_directory
+   use run_checkpoint_m, only: place_t, load_run
    use story_m, only: say_start, say_stage, say_end, command_text
    implicit none
    type(command_t) :: command
@@ -82,7 +83,7 @@ program femdem
       call log%say('the input is good')
       call exit_with(status_ok)
    end if
-   if (command%restart /= '') call load_state(command%restart, scene, state, done, errors)
+   if (command%restart /= '') call load_run(command%restart, scene, state, done, errors)
    if (errors%any()) call stop_with(status_bad_input)
    call results%open(directory, scene, state, command_text(), command%restart /= '', errors)
    if (errors%any()) call stop_with(status_bad_input)

@@ -56,7 +56,7 @@ module wall_contact_m
       integer, allocatable :: beside(:, :)
    end type wall_contact_t
 
-   public :: init_wall_contact, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
+   public :: init_wall_contact, keep_facing, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
              surfaces_walked
 
 contains
@@ -98,6 +98,18 @@ contains
       end do
       call grow(walls, 4*n + 8)
    end subroutine init_wall_contact
+
+   !> Let the wall edge of a joint go on as it did: the same of its two walls walks, from the edge it faced last.
+   pure subroutine keep_facing(walls, split, w, facing, side)
+      type(wall_contact_t), intent(inout) :: walls
+      type(split_mesh_t), intent(in) :: split
+      !> Wall edge, surface edge it faced, and side that walks: +1 upper, -1 lower
+      integer, intent(in) :: w, facing, side
+
+      walls%facing(w) = facing
+      walls%side(w) = side
+      walls%node(:, w) = merge(split%joint(3:4, walls%joint(w)), split%joint([2, 1], walls%joint(w)), side > 0)
+   end subroutine keep_facing
 
    !> Choose for each chain of joints which wall walks: the upper one, unless it has the more free surface ahead.
    subroutine choose_sides(walls, split, handled, edge_of)

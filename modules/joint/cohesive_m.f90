@@ -13,6 +13,10 @@ module cohesive_m
 
    public :: cohesive_law, cohesive_update, cohesive_tangent, start_point, softening, softening_integral, overstress, &
              strengthened, on_strength
+   public :: cohesive_values, cohesive_from_values, point_values, point_from_values
+
+   !> Numbers that make up a law and the state of a point
+   integer, parameter, public :: cohesive_value_count = 8, point_value_count = 9
 
    !> Constants of the softening curve (Munjiza, Andrews and White 1999); c is a whole number here
    real(wp), parameter :: a = 0.63_wp, b = 1.8_wp
@@ -381,5 +385,40 @@ contains
       secant = 0.0_wp
       if (damage < 1.0_wp) secant = strength*softening(damage)/(peak + damage*range)
    end function secant
+
+   !> The law as the list of numbers it is made from, for checkpoints.
+   pure function cohesive_values(law) result(value)
+      type(cohesive_t), intent(in) :: law
+      real(wp) :: value(cohesive_value_count)
+
+      value = [law%tensile_strength, law%cohesion, law%internal, law%residual, law%g_i, law%g_ii, law%stiffness, &
+               merge(1.0_wp, 0.0_wp, law%rigid_start)]
+   end function cohesive_values
+
+   !> The law from its list of numbers.
+   pure function cohesive_from_values(value) result(law)
+      real(wp), intent(in) :: value(cohesive_value_count)
+      type(cohesive_t) :: law
+
+      law = cohesive_law(value(1), value(2), value(3), value(4), value(5), value(6), value(7), value(8) > 0.5_wp)
+   end function cohesive_from_values
+
+   !> The state of a point as a list of numbers, for checkpoints.
+   pure function point_values(point) result(value)
+      type(cohesive_point_t), intent(in) :: point
+      real(wp) :: value(point_value_count)
+
+      value = [point%damage, point%slide, point%opening, point%slip, point%normal, point%shear, point%spent_i, &
+               point%spent_ii, point%work]
+   end function point_values
+
+   !> The state of a point from its list of numbers.
+   pure function point_from_values(value) result(point)
+      real(wp), intent(in) :: value(point_value_count)
+      type(cohesive_point_t) :: point
+
+      point = cohesive_point_t(damage=value(1), slide=value(2), opening=value(3), slip=value(4), normal=value(5), &
+                               shear=value(6), spent_i=value(7), spent_ii=value(8), work=value(9))
+   end function point_from_values
 
 end module cohesive_m

@@ -12,7 +12,7 @@ module checkpoint_m
    public :: text_hash
 
    !> Layout of the file; raise it when what is saved changes meaning
-   integer, parameter :: format_version = 1
+   integer, parameter :: format_version = 2
 
    !> What a checkpoint must agree with: the same mesh and the same deck
    type, public :: fingerprint_t

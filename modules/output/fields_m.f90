@@ -35,6 +35,7 @@ module fields_m
       procedure :: init
       procedure :: resume
       procedure :: set_mesh
+      procedure :: joints
       procedure :: write => write_snapshot
    end type fields_t
 
@@ -64,7 +65,8 @@ contains
       call self%set_mesh(mesh, block_edge, constant, errors)
    end subroutine init
 
-   !> Go on with the files of an interrupted run: snapshots later than the restart time are dropped.
+   !> Go on with the files of an interrupted run: snapshots later than the restart time are dropped, and the meshes that only
+   !> they were on. The mesh in use is that of the last snapshot kept, or the given one when there is none.
    subroutine resume(self, directory, mesh, block_edge, constant, provenance, time, errors)
       class(fields_t), intent(inout) :: self
       character(len=*), intent(in) :: directory
@@ -89,7 +91,6 @@ contains
       call file%open(self%path, writable=.true.)
       call file%members('/', name)
       do i = 1, size(name)
-         if (index(name(i), mesh_prefix) == 1) self%meshes = self%meshes + 1
          if (index(name(i), step_prefix) /= 1) cycle
          call read_snapshot(file, '/'//trim(name(i)), found)
          if (file%failed()) exit
@@ -99,22 +100,47 @@ contains
             call append(self, found)
          end if
       end do
-      self%entities = [size(mesh%x, 2), size(mesh%triangle, 2), size(mesh%joint, 2)]
+      do i = 1, size(name)
+         if (index(name(i), mesh_prefix) /= 1) cycle
+         if (is_in_use(self, '/'//trim(name(i)))) then
+            self%meshes = self%meshes + 1
+         else
+            call file%remove('/'//trim(name(i)))
+         end if
+      end do
       if (allocated(self%mesh_group)) deallocate (self%mesh_group)
       if (snapshots(self) > 0) then
-         ! Meshes only ever grow (a crack adds nodes and joints): equal sizes are the same mesh.
          associate (last => self%snapshot(size(self%snapshot)))
-            if (all(last%entities == self%entities)) then
-               self%mesh_group = last%mesh
-               call self%constant%clear()
-               call read_fields(file, self%mesh_group, self%constant)
-            end if
+            self%mesh_group = last%mesh
+            self%entities = last%entities
          end associate
+         call self%constant%clear()
+         call read_fields(file, self%mesh_group, self%constant)
       end if
       call file%close(errors)
       if (errors%count() > before .or. allocated(self%mesh_group)) return
       call self%set_mesh(mesh, block_edge, constant, errors)
    end subroutine resume
+
+   !> Is any snapshot on this mesh?
+   pure logical function is_in_use(self, mesh_group)
+      type(fields_t), intent(in) :: self
+      character(len=*), intent(in) :: mesh_group
+      integer :: i
+
+      is_in_use = .false.
+      do i = 1, snapshots(self)
+         if (self%snapshot(i)%mesh == mesh_group) is_in_use = .true.
+      end do
+   end function is_in_use
+
+   !> Joint elements of the mesh in use. Meshes only ever grow (a crack adds nodes and joints): where the run has as many, it
+   !> is on the same mesh.
+   pure integer function joints(self)
+      class(fields_t), intent(in) :: self
+
+      joints = self%entities(3)
+   end function joints
 
    !> Take another mesh into use: later snapshots are on it. The first is /mesh, then /mesh_000002 and so on.
    subroutine set_mesh(self, mesh, block_edge, constant, errors)

@@ -7,7 +7,6 @@ module results_m
    use deck_m, only: deck_t, write_deck
    use scene_m, only: scene_t
    use state_m, only: state_t
-   use joint_point_m, only: joint_values, joint_from_values, joint_value_count
    use solid_m, only: solid_stress
    use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
    use fields_m, only: fields_t
@@ -16,15 +15,9 @@ module results_m
    use bonds_m, only: bond_damage
    use edge_results_m, only: edge_sums, write_edges
    use provenance_m, only: provenance_t, provenance_of
-   use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash
+   use run_checkpoint_m, only: place_t, save_run
    implicit none
    private
-
-   !> Where a run stands, as saved in its checkpoint
-   type, public :: place_t
-      !> Stage and cycle that have been completed (0: none yet)
-      integer :: stage = 0, cycle = 0
-   end type place_t
 
    !> The open results of a run
    type, public :: results_t
@@ -32,9 +25,6 @@ module results_m
       character(len=:), allocatable :: directory
       type(history_t) :: history
       type(fields_t) :: fields
-      !> Joint elements of the mesh in the fields file
-      integer :: joints = 0
-      type(fingerprint_t) :: fingerprint
       !> Time of the last checkpoint (clock counts)
       integer(i8) :: last_checkpoint = 0_i8
    contains
@@ -43,7 +33,7 @@ module results_m
       procedure :: close => close_results
    end type results_t
 
-   public :: results_directory, load_state
+   public :: results_directory
 
 contains
 
@@ -82,8 +72,6 @@ contains
       self%directory = directory//'/'
       call effective_deck(self%directory//'deck.nml', scene%deck, deck_text, errors)
       if (errors%any()) return
-      self%fingerprint = fingerprint_of(scene)
-      self%joints = size(scene%split%joint, 2)
       column = history_columns(scene%deck%joint%group)
       call joint_constants(scene, constant)
       provenance = provenance_of(command, deck_text)
@@ -96,8 +84,19 @@ contains
             call self%fields%init(directory, scene%split, edge, constant, provenance, errors)
          end if
       end associate
+      ! What broke after the checkpoint has not happened yet
+      if (restarted) call write_crack_table(self, scene, errors)
       call system_clock(self%last_checkpoint)
    end subroutine open_results
+
+   !> All that has broken so far; nothing where nothing can.
+   subroutine write_crack_table(self, scene, errors)
+      type(results_t), intent(in) :: self
+      type(scene_t), intent(in) :: scene
+      type(error_list_t), intent(inout) :: errors
+
+      if (scene%can_break) call write_cracks(self%directory//'cracks.csv', scene%bonds%event, scene%deck%stage%name, errors)
+   end subroutine write_crack_table
 
    !> Write the complete deck, defaults and all, and give its text.
    subroutine effective_deck(path, deck, text, errors)
@@ -119,17 +118,6 @@ contains
       call read_text(path, text, status)
    end subroutine effective_deck
 
-   !> Mesh sizes and deck that a checkpoint must agree with.
-   pure function fingerprint_of(scene) result(fingerprint)
-      type(scene_t), intent(in) :: scene
-      type(fingerprint_t) :: fingerprint
-
-      fingerprint%nodes = size(scene%split%x, 2)
-      fingerprint%triangles = size(scene%split%triangle, 2)
-      fingerprint%joints = size(scene%split%joint, 2)
-      fingerprint%deck = text_hash(trim(scene%deck%run%mesh))
-   end function fingerprint_of
-
    !> What a finished cycle leaves behind, as often as the deck asks for it.
    subroutine record(self, scene, state, place, unbalanced, stage_is_over, run_is_over, errors)
       class(results_t), intent(inout) :: self
@@ -149,8 +137,7 @@ contains
             call self%history%write_row(row(scene, state, place, unbalanced), errors)
          snapshot = stage_is_over
          if (settings%fields_every > 0) snapshot = snapshot .or. mod(place%cycle, settings%fields_every) == 0
-         if (scene%can_break .and. (snapshot .or. mod(place%cycle, settings%history_every) == 0)) &
-            call write_cracks(self%directory//'cracks.csv', scene%bonds%event, scene%deck%stage%name, errors)
+         if (snapshot .or. mod(place%cycle, settings%history_every) == 0) call write_crack_table(self, scene, errors)
          if (snapshot) then
             call write_fields(self, scene, state, place, errors)
             call write_edges(self%directory//'edges.csv', &
@@ -160,7 +147,7 @@ contains
          call system_clock(now, rate)
          if (run_is_over .or. stage_is_over .or. &
              real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)) then
-            call save_state(self%directory//'checkpoint.h5', self%fingerprint, scene, state, place, errors)
+            call save_run(self%directory//'checkpoint.h5', scene, state, place, errors)
             self%last_checkpoint = now
          end if
       end associate
@@ -225,11 +212,10 @@ contains
       real(wp), allocatable :: stress(:, :)
       integer :: e
 
-      if (size(scene%split%joint, 2) /= self%joints) then
+      if (size(scene%split%joint, 2) /= self%fields%joints()) then
          ! Cracks have changed the mesh
          call joint_constants(scene, constant)
          call self%fields%set_mesh(scene%split, scene%topology%edge_of_joint, constant, errors)
-         self%joints = size(scene%split%joint, 2)
       end if
       allocate (stress(3, size(scene%solid%area)))
       do e = 1, size(stress, 2)
@@ -252,87 +238,6 @@ contains
       end associate
       call self%fields%write(state%time, state%step, scene%deck%stage(place%stage)%name, place%cycle, list, errors)
    end subroutine write_fields
-
-   !> Save all that changes during a run.
-   subroutine save_state(path, fingerprint, scene, state, place, errors)
-      character(len=*), intent(in) :: path
-      type(fingerprint_t), intent(in) :: fingerprint
-      type(scene_t), intent(in) :: scene
-      type(state_t), intent(in) :: state
-      type(place_t), intent(in) :: place
-      type(error_list_t), intent(inout) :: errors
-      type(checkpoint_t) :: file
-      real(wp), allocatable :: table(:, :)
-      integer :: j
-
-      call file%create(path, fingerprint)
-      call file%save('stage', place%stage)
-      call file%save('cycle', place%cycle)
-      call file%save('time', state%time)
-      call file%save('step', state%step)
-      call file%save('displacement', state%u)
-      call file%save('velocity', state%v)
-      call file%save('mass', state%mass)
-      call file%save('opening', state%opening)
-      call file%save('aperture', state%aperture)
-      call file%save('facing', scene%walls%facing)
-      if (scene%has_contact) call file%save('contact', scene%contact%save_state())
-      associate (e => state%energy)
-         call file%save('energy', [e%kinetic, e%strain, e%contact, e%friction, e%damping, e%external, e%initial])
-      end associate
-      allocate (table(joint_value_count, size(state%joint)))
-      do j = 1, size(state%joint)
-         table(:, j) = joint_values(state%joint(j))
-      end do
-      call file%save('joints', table)
-      call file%close(errors)
-   end subroutine save_state
-
-   !> Take the state of a checkpoint.
-   subroutine load_state(path, scene, state, place, errors)
-      character(len=*), intent(in) :: path
-      type(scene_t), intent(inout) :: scene
-      type(state_t), intent(inout) :: state
-      !> Stage and cycle that were completed
-      type(place_t), intent(out) :: place
-      type(error_list_t), intent(inout) :: errors
-      type(checkpoint_t) :: file
-      real(wp), allocatable :: energy(:), table(:, :), contact(:)
-      integer :: j
-
-      if (scene%can_break) then
-         call errors%add(path//': a run with cohesive joints cannot go on from a checkpoint; start it anew')
-         return
-      end if
-      call file%open(path, fingerprint_of(scene), errors)
-      if (errors%any()) return
-      call file%load('stage', place%stage, errors)
-      call file%load('cycle', place%cycle, errors)
-      call file%load('time', state%time, errors)
-      call file%load('step', state%step, errors)
-      call file%load('displacement', state%u, errors)
-      call file%load('velocity', state%v, errors)
-      call file%load('mass', state%mass, errors)
-      call file%load('opening', state%opening, errors)
-      call file%load('aperture', state%aperture, errors)
-      call file%load('facing', scene%walls%facing, errors)
-      call file%load('energy', energy, errors)
-      call file%load('joints', table, errors)
-      if (scene%has_contact) call file%load('contact', contact, errors)
-      call file%close(errors)
-      if (errors%any()) return
-      if (scene%has_contact) then
-         if (.not. scene%contact%restore_state(scene%split, contact)) &
-            call errors%add(path//': the contact of the checkpoint does not fit this mesh')
-      end if
-      associate (e => state%energy)
-         e%kinetic = energy(1); e%strain = energy(2); e%contact = energy(3); e%friction = energy(4)
-         e%damping = energy(5); e%external = energy(6); e%initial = energy(7)
-      end associate
-      do j = 1, size(state%joint)
-         state%joint(j) = joint_from_values(table(:, j))
-      end do
-   end subroutine load_state
 
    subroutine close_results(self)
       class(results_t), intent(inout) :: self

@@ -2,11 +2,19 @@
 module bonds_m
    use kinds_m, only: wp
    use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_law, strengthened, on_strength, overstress, start_point
+   use cohesive_m, only: cohesive_values, cohesive_from_values, point_values, point_from_values, cohesive_value_count, &
+                         point_value_count
    use bond_m, only: bond_points, bond_weight, bond_forces, bond_stiffness_bound
    implicit none
    private
 
    public :: add_bonds, hold_together, bonds_stiffness_bound, bonds_work, bond_damage, is_closed, start_bond
+   public :: bond_values, restore_bonds, event_values, restore_events
+
+   !> Numbers that make up a bond (does it hold, is it broken, law, shifts, points) and a crack event
+   integer, parameter :: flags = 2, shift_value_count = 2*bond_points, event_value_count = 8
+   integer, parameter, public :: bond_value_count = flags + cohesive_value_count + shift_value_count + &
+                                 bond_points*point_value_count
 
    !> A crack event: a bond that broke
    type, public :: crack_event_t
@@ -172,5 +180,71 @@ contains
 
       is_closed = node(1) == node(3) .and. node(2) == node(4)
    end function is_closed
+
+   !> All bonds as lists of numbers, for checkpoints (values, bonds).
+   pure function bond_values(bonds) result(value)
+      type(bonds_t), intent(in) :: bonds
+      real(wp), allocatable :: value(:, :)
+      integer :: b, k
+
+      if (.not. allocated(bonds%length)) then
+         allocate (value(bond_value_count, 0))
+         return
+      end if
+      allocate (value(bond_value_count, size(bonds%length)))
+      do b = 1, size(bonds%length)
+         value(:, b) = [merge(1.0_wp, 0.0_wp, [bonds%active(b), bonds%broken(b)]), cohesive_values(bonds%law(b)), &
+                        reshape(bonds%shift(:, :, b), [shift_value_count]), (point_values(bonds%point(k, b)), k=1, bond_points)]
+      end do
+   end function bond_values
+
+   !> Bonds that are in place already, from their lists of numbers.
+   pure subroutine restore_bonds(value, bonds)
+      !> As bond_values gave them (values, bonds)
+      real(wp), intent(in) :: value(:, :)
+      type(bonds_t), intent(inout) :: bonds
+      integer :: b, k, next
+
+      do b = 1, size(value, 2)
+         bonds%active(b) = value(1, b) > 0.5_wp
+         bonds%broken(b) = value(2, b) > 0.5_wp
+         next = flags
+         bonds%law(b) = cohesive_from_values(value(next + 1:next + cohesive_value_count, b))
+         next = next + cohesive_value_count
+         bonds%shift(:, :, b) = reshape(value(next + 1:next + shift_value_count, b), [2, bond_points])
+         next = next + shift_value_count
+         do k = 1, bond_points
+            bonds%point(k, b) = point_from_values(value(next + 1:next + point_value_count, b))
+            next = next + point_value_count
+         end do
+      end do
+   end subroutine restore_bonds
+
+   !> All crack events as lists of numbers, for checkpoints (values, events).
+   pure function event_values(bonds) result(value)
+      type(bonds_t), intent(in) :: bonds
+      real(wp), allocatable :: value(:, :)
+      integer :: i, events
+
+      events = 0
+      if (allocated(bonds%event)) events = size(bonds%event)
+      allocate (value(event_value_count, events))
+      do i = 1, events
+         associate (e => bonds%event(i))
+            value(:, i) = [e%time, real(e%stage, wp), e%place, e%angle, e%length, real(e%mode, wp), e%energy]
+         end associate
+      end do
+   end function event_values
+
+   !> Crack events from their lists of numbers.
+   pure subroutine restore_events(value, bonds)
+      !> As event_values gave them (values, events)
+      real(wp), intent(in) :: value(:, :)
+      type(bonds_t), intent(inout) :: bonds
+      integer :: i
+
+      bonds%event = [(crack_event_t(time=value(1, i), stage=nint(value(2, i)), place=value(3:4, i), angle=value(5, i), &
+                                    length=value(6, i), mode=nint(value(7, i)), energy=value(8, i)), i=1, size(value, 2))]
+   end subroutine restore_events
 
 end module bonds_m

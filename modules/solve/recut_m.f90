@@ -11,7 +11,7 @@ module recut_m
    use joint_law_m, only: joint_law_t, law_coulomb
    use joint_point_m, only: joint_point_t
    use joints_m, only: joints_t, init_joints
-   use wall_contact_m, only: wall_contact_t, init_wall_contact
+   use wall_contact_m, only: wall_contact_t, init_wall_contact, keep_facing
    use contact_m, only: contact_t
    use loads_m, only: init_loads
    use scene_m, only: scene_t, build_nodes, build_contact, begin_stage, law_of
@@ -19,7 +19,7 @@ module recut_m
    implicit none
    private
 
-   public :: recut, renew_contact, rock_law
+   public :: recut, renew_contact, restore_walls, rock_law
 
 contains
 
@@ -184,9 +184,7 @@ contains
          j = scene%walls%joint(w)
          if (facing(j) == 0) cycle
          ! The wall that walks stays the same although the chain may have grown
-         scene%walls%facing(w) = facing(j)
-         scene%walls%side(w) = side(j)
-         scene%walls%node(:, w) = merge(scene%split%joint(3:4, j), scene%split%joint([2, 1], j), side(j) > 0)
+         call keep_facing(scene%walls, scene%split, w, facing(j), side(j))
       end do
       had_contact = scene%has_contact
       if (had_contact) contact = scene%contact
@@ -194,5 +192,19 @@ contains
       call build_contact(scene)
       if (had_contact) call scene%contact%carry_on(contact, edge, scene%exposed_edge, parent, scene%exposed, state%u)
    end subroutine renew_contact
+
+   !> Wall contact of a run that goes on from a checkpoint, and general contact that does not remember anything yet.
+   subroutine restore_walls(scene, facing, side)
+      type(scene_t), intent(inout) :: scene
+      !> Surface edge that each wall edge faced last, and side that walks: +1 upper, -1 lower (walls)
+      integer, intent(in) :: facing(:), side(:)
+      integer :: w
+
+      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
+      do w = 1, size(facing)
+         call keep_facing(scene%walls, scene%split, w, facing(w), side(w))
+      end do
+      call build_contact(scene)
+   end subroutine restore_walls
 
 end module recut_m

@@ -1,0 +1,260 @@
+!> What a checkpoint keeps of a run: a pair of routines, save and load, for each part of it. Nothing is kept that follows from
+!> deck and mesh, or that the first forces find anew.
+module run_checkpoint_m
+   use kinds_m, only: wp
+   use errors_m, only: error_list_t
+   use text_m, only: to_text
+   use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash
+   use bonds_m, only: bond_values, restore_bonds, event_values, restore_events, bond_value_count
+   use joint_point_m, only: joint_values, joint_from_values, joint_value_count
+   use recut_m, only: recut, restore_walls
+   use scene_m, only: scene_t
+   use state_m, only: state_t
+   implicit none
+   private
+
+   !> Where a run stands
+   type, public :: place_t
+      !> Stage and cycle that have been completed (0: none yet)
+      integer :: stage = 0, cycle = 0
+   end type place_t
+
+   public :: save_run, load_run
+
+contains
+
+   !> Save all that changes during a run.
+   subroutine save_run(path, scene, state, place, errors)
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: place
+      type(error_list_t), intent(inout) :: errors
+      type(checkpoint_t) :: file
+
+      call file%create(path, fingerprint_of(scene))
+      call save_cracks(file, scene)
+      call save_motion(file, state, place)
+      call save_joints(file, state)
+      call save_contact(file, scene)
+      call file%close(errors)
+   end subroutine save_run
+
+   !> Take the state of a checkpoint, in the order of its parts: cracks come first, they make the mesh that the others are on.
+   subroutine load_run(path, scene, state, place, errors)
+      character(len=*), intent(in) :: path
+      !> As it was built from deck and mesh
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      !> Stage and cycle that were completed
+      type(place_t), intent(out) :: place
+      type(error_list_t), intent(inout) :: errors
+      type(checkpoint_t) :: file
+
+      call file%open(path, fingerprint_of(scene), errors)
+      if (errors%any()) return
+      call load_cracks(file, path, scene, state, errors)
+      if (.not. errors%any()) call load_motion(file, state, place, errors)
+      if (.not. errors%any()) call load_joints(file, state, errors)
+      if (.not. errors%any()) call load_contact(file, path, scene, errors)
+      call file%close(errors)
+   end subroutine load_run
+
+   !> Sizes of the mesh before any crack and deck that a checkpoint must agree with.
+   pure function fingerprint_of(scene) result(fingerprint)
+      type(scene_t), intent(in) :: scene
+      type(fingerprint_t) :: fingerprint
+
+      fingerprint%nodes = size(scene%whole%x, 2)
+      fingerprint%triangles = size(scene%whole%triangle, 2)
+      fingerprint%joints = count(scene%cut%group > 0)
+      fingerprint%deck = text_hash(trim(scene%deck%run%mesh))
+   end function fingerprint_of
+
+   ! ---- Cracks ------------------------------------------------------------------------------------------------------
+
+   !> Edges of the mesh that became bonds, in their order; the bonds, what has broken, and forces not let go of yet.
+   subroutine save_cracks(file, scene)
+      type(checkpoint_t), intent(inout) :: file
+      type(scene_t), intent(in) :: scene
+
+      call file%save('crack_edges', pack(scene%cut%edge, scene%cut%group == 0))
+      if (.not. scene%can_break) return
+      call file%save('bonds', bond_values(scene%bonds))
+      call file%save('crack_events', event_values(scene%bonds))
+      call file%save('release_start', scene%release_start)
+      call file%save('release_time', scene%release_time)
+      if (scene%release_time > 0.0_wp) call file%save('release', scene%release)
+   end subroutine save_cracks
+
+   !> Cut the mesh along the same edges in the same order, and put the bonds back into them.
+   subroutine load_cracks(file, path, scene, state, errors)
+      type(checkpoint_t), intent(inout) :: file
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
+      type(error_list_t), intent(inout) :: errors
+      integer, allocatable :: edge(:), at_start(:), later(:), parent(:)
+      real(wp), allocatable :: bonds(:, :), events(:, :)
+
+      call file%load('crack_edges', edge, errors)
+      if (errors%any()) return
+      at_start = pack(scene%cut%edge, scene%cut%group == 0)
+      if (.not. starts_with(edge, at_start)) then
+         call errors%add(path//': the run that wrote it had other cohesive joints from its start than this deck has ('// &
+                         to_text(size(at_start))//'); group and insertion of every &fracture must be the same')
+         return
+      end if
+      later = edge(size(at_start) + 1:)
+      if (.not. can_be_cut(scene, later)) then
+         call errors%add(path//': has cracks in rock that cannot break in this deck; give it the &fracture groups of the deck '// &
+                         'that wrote the checkpoint')
+         return
+      end if
+      if (.not. scene%can_break) return
+      if (size(later) > 0) call recut(scene, state, later, parent)
+      scene%breakable(later) = 0
+      scene%release = spread(0.0_wp*state%mass, 1, 2)
+      ! A run that could not break may go on with rock that can
+      if (.not. file%has('bonds')) return
+      allocate (bonds(bond_value_count, size(edge)))
+      call file%load('bonds', bonds, errors)
+      call file%load('crack_events', events, errors)
+      call file%load('release_start', scene%release_start, errors)
+      call file%load('release_time', scene%release_time, errors)
+      if (scene%release_time > 0.0_wp) call file%load('release', scene%release, errors)
+      if (errors%any()) return
+      call restore_bonds(bonds, scene%bonds)
+      call restore_events(events, scene%bonds)
+      scene%joints%bonded(scene%bonds%fractures + 1:) = scene%bonds%active
+   end subroutine load_cracks
+
+   !> Does a list start with another one?
+   pure logical function starts_with(list, start)
+      integer, intent(in) :: list(:), start(:)
+
+      starts_with = size(list) >= size(start)
+      if (starts_with) starts_with = all(list(:size(start)) == start)
+   end function starts_with
+
+   !> May these edges of the mesh be cut in this deck?
+   pure logical function can_be_cut(scene, edge)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: edge(:)
+
+      can_be_cut = all(edge >= 1 .and. edge <= size(scene%breakable))
+      if (can_be_cut) can_be_cut = all(scene%breakable(edge) > 0)
+   end function can_be_cut
+
+   ! ---- Motion ------------------------------------------------------------------------------------------------------
+
+   !> Where the run stands, motion and energies.
+   subroutine save_motion(file, state, place)
+      type(checkpoint_t), intent(inout) :: file
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: place
+
+      call file%save('stage', place%stage)
+      call file%save('cycle', place%cycle)
+      call file%save('time', state%time)
+      call file%save('step', state%step)
+      call file%save('displacement', state%u)
+      call file%save('velocity', state%v)
+      call file%save('mass', state%mass)
+      associate (e => state%energy)
+         call file%save('energy', [e%kinetic, e%strain, e%contact, e%friction, e%damping, e%fracture, e%external, e%initial])
+      end associate
+   end subroutine save_motion
+
+   subroutine load_motion(file, state, place, errors)
+      type(checkpoint_t), intent(inout) :: file
+      type(state_t), intent(inout) :: state
+      type(place_t), intent(out) :: place
+      type(error_list_t), intent(inout) :: errors
+      real(wp), allocatable :: energy(:)
+
+      call file%load('stage', place%stage, errors)
+      call file%load('cycle', place%cycle, errors)
+      call file%load('time', state%time, errors)
+      call file%load('step', state%step, errors)
+      call file%load('displacement', state%u, errors)
+      call file%load('velocity', state%v, errors)
+      call file%load('mass', state%mass, errors)
+      allocate (energy(8))
+      call file%load('energy', energy, errors)
+      if (errors%any()) return
+      associate (e => state%energy)
+         e%kinetic = energy(1); e%strain = energy(2); e%contact = energy(3); e%friction = energy(4)
+         e%damping = energy(5); e%fracture = energy(6); e%external = energy(7); e%initial = energy(8)
+      end associate
+   end subroutine load_motion
+
+   ! ---- Joints ------------------------------------------------------------------------------------------------------
+
+   !> Joint elements: those of the fractures and those of cracks.
+   subroutine save_joints(file, state)
+      type(checkpoint_t), intent(inout) :: file
+      type(state_t), intent(in) :: state
+      real(wp) :: table(joint_value_count, size(state%joint))
+      integer :: j
+
+      do j = 1, size(state%joint)
+         table(:, j) = joint_values(state%joint(j))
+      end do
+      call file%save('joints', table)
+      call file%save('opening', state%opening)
+      call file%save('aperture', state%aperture)
+   end subroutine save_joints
+
+   subroutine load_joints(file, state, errors)
+      type(checkpoint_t), intent(inout) :: file
+      type(state_t), intent(inout) :: state
+      type(error_list_t), intent(inout) :: errors
+      real(wp), allocatable :: table(:, :)
+      integer :: j
+
+      allocate (table(joint_value_count, size(state%joint)))
+      call file%load('joints', table, errors)
+      call file%load('opening', state%opening, errors)
+      call file%load('aperture', state%aperture, errors)
+      if (errors%any()) return
+      do j = 1, size(state%joint)
+         state%joint(j) = joint_from_values(table(:, j))
+      end do
+   end subroutine load_joints
+
+   ! ---- Contact -----------------------------------------------------------------------------------------------------
+
+   !> What walls and surfaces remember of the contact.
+   subroutine save_contact(file, scene)
+      type(checkpoint_t), intent(inout) :: file
+      type(scene_t), intent(in) :: scene
+
+      call file%save('facing', scene%walls%facing)
+      call file%save('side', scene%walls%side)
+      if (scene%has_contact) call file%save('contact', scene%contact%save_state())
+   end subroutine save_contact
+
+   subroutine load_contact(file, path, scene, errors)
+      type(checkpoint_t), intent(inout) :: file
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(inout) :: scene
+      type(error_list_t), intent(inout) :: errors
+      integer, allocatable :: facing(:), side(:)
+      real(wp), allocatable :: contact(:)
+      integer :: walls
+
+      walls = count(scene%joints%wall_handled .and. .not. scene%joints%bonded)
+      allocate (facing(walls), side(walls))
+      call file%load('facing', facing, errors)
+      call file%load('side', side, errors)
+      if (errors%any()) return
+      call restore_walls(scene, facing, side)
+      if (.not. scene%has_contact) return
+      call file%load('contact', contact, errors)
+      if (errors%any()) return
+      if (.not. scene%contact%restore_state(scene%exposed, contact)) &
+         call errors%add(path//': the contact of the checkpoint does not fit this mesh')
+   end subroutine load_contact
+
+end module run_checkpoint_m
