@@ -2,7 +2,7 @@
 !> steps; what the nodes carried goes with their parents, and joint elements and surface edges keep their numbers.
 module recut_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal_per_millimetre, radians
+   use constants_m, only: megapascal_per_millimetre, millimetre, radians
    use mesh_m, only: split_mesh_t
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
@@ -179,7 +179,7 @@ contains
       allocate (facing(size(scene%joints%group)), side(size(scene%joints%group)), source=0)
       facing(walls%joint) = walls%facing
       side(walls%joint) = walls%side
-      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
+      call build_walls(scene)
       do w = 1, size(scene%walls%joint)
          j = scene%walls%joint(w)
          if (facing(j) == 0) cycle
@@ -193,6 +193,21 @@ contains
       if (had_contact) call scene%contact%carry_on(contact, edge, scene%exposed_edge, parent, scene%exposed, state%u)
    end subroutine renew_contact
 
+   !> Wall contact of all walls that no bond holds. Walls of cracks whose law closes may overlap by their closure too, before
+   !> they count as lost.
+   subroutine build_walls(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: w
+
+      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
+      do w = 1, size(scene%walls%joint)
+         associate (j => scene%walls%joint(w))
+            if (scene%split%joint_group(j) > 0 .or. scene%joints%law(j)%kind == law_coulomb) cycle
+            scene%walls%deepest(w) = scene%walls%deepest(w) + scene%joints%law(j)%jcm%vm*millimetre/scene%joints%length(j)
+         end associate
+      end do
+   end subroutine build_walls
+
    !> Wall contact of a run that goes on from a checkpoint, and general contact that does not remember anything yet.
    subroutine restore_walls(scene, facing, side)
       type(scene_t), intent(inout) :: scene
@@ -200,7 +215,7 @@ contains
       integer, intent(in) :: facing(:), side(:)
       integer :: w
 
-      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
+      call build_walls(scene)
       do w = 1, size(facing)
          call keep_facing(scene%walls, scene%split, w, facing(w), side(w))
       end do
