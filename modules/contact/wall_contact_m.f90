@@ -27,7 +27,7 @@ module wall_contact_m
    !> The same for the walls of new cracks, whose fragments may go anywhere: beyond it they never were in contact here
    real(wp), parameter :: deepest_crack = 1.0e-3_wp
    !> Contact lets go from this part of the deepest overlap on, so that no force jumps there
-   real(wp), parameter :: lets_go = 0.5_wp
+   real(wp), parameter, public :: lets_go = 0.5_wp
    !> Longest walk along the opposite surface in one step (edges)
    integer, parameter :: longest_walk = 64
 

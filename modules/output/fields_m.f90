@@ -65,8 +65,8 @@ contains
       call self%set_mesh(mesh, block_edge, constant, errors)
    end subroutine init
 
-   !> Go on with the files of an interrupted run: snapshots later than the restart time are dropped, and the meshes that only
-   !> they were on. The mesh in use is that of the last snapshot kept, or the given one when there is none.
+   !> Go on with the files of an interrupted run: snapshots later than the restart time are dropped, and the meshes that came
+   !> with them. The mesh in use is that of the last snapshot kept, or the given one when there is none.
    subroutine resume(self, directory, mesh, block_edge, constant, provenance, time, errors)
       class(fields_t), intent(inout) :: self
       character(len=*), intent(in) :: directory
@@ -102,7 +102,7 @@ contains
       end do
       do i = 1, size(name)
          if (index(name(i), mesh_prefix) /= 1) cycle
-         if (is_in_use(self, '/'//trim(name(i)))) then
+         if (is_needed(self, '/'//trim(name(i)))) then
             self%meshes = self%meshes + 1
          else
             call file%remove('/'//trim(name(i)))
@@ -122,17 +122,14 @@ contains
       call self%set_mesh(mesh, block_edge, constant, errors)
    end subroutine resume
 
-   !> Is any snapshot on this mesh?
-   pure logical function is_in_use(self, mesh_group)
+   !> Is a mesh not later than that of the last snapshot? (Names are in the order of time.)
+   pure logical function is_needed(self, mesh_group)
       type(fields_t), intent(in) :: self
       character(len=*), intent(in) :: mesh_group
-      integer :: i
 
-      is_in_use = .false.
-      do i = 1, snapshots(self)
-         if (self%snapshot(i)%mesh == mesh_group) is_in_use = .true.
-      end do
-   end function is_in_use
+      is_needed = .false.
+      if (snapshots(self) > 0) is_needed = lle(mesh_group, self%snapshot(size(self%snapshot))%mesh)
+   end function is_needed
 
    !> Joint elements of the mesh in use. Meshes only ever grow (a crack adds nodes and joints): where the run has as many, it
    !> is on the same mesh.

@@ -11,7 +11,7 @@ module recut_m
    use joint_law_m, only: joint_law_t, law_coulomb
    use joint_point_m, only: joint_point_t
    use joints_m, only: joints_t, init_joints
-   use wall_contact_m, only: wall_contact_t, init_wall_contact, keep_facing
+   use wall_contact_m, only: wall_contact_t, init_wall_contact, keep_facing, lets_go
    use contact_m, only: contact_t
    use loads_m, only: init_loads
    use scene_m, only: scene_t, build_nodes, build_contact, begin_stage, law_of
@@ -193,8 +193,8 @@ contains
       if (had_contact) call scene%contact%carry_on(contact, edge, scene%exposed_edge, parent, scene%exposed, state%u)
    end subroutine renew_contact
 
-   !> Wall contact of all walls that no bond holds. Walls of cracks whose law closes may overlap by their closure too, before
-   !> they count as lost.
+   !> Wall contact of all walls that no bond holds. Walls of cracks whose law closes may overlap by all of their
+   !> closure before contact lets go of them.
    subroutine build_walls(scene)
       type(scene_t), intent(inout) :: scene
       integer :: w
@@ -203,7 +203,8 @@ contains
       do w = 1, size(scene%walls%joint)
          associate (j => scene%walls%joint(w))
             if (scene%split%joint_group(j) > 0 .or. scene%joints%law(j)%kind == law_coulomb) cycle
-            scene%walls%deepest(w) = scene%walls%deepest(w) + scene%joints%law(j)%jcm%vm*millimetre/scene%joints%length(j)
+            scene%walls%deepest(w) = scene%walls%deepest(w) + &
+                                     scene%joints%law(j)%jcm%vm*millimetre/(lets_go*scene%joints%length(j))
          end associate
       end do
    end subroutine build_walls
