@@ -25,6 +25,8 @@ module implicit_group_m
       integer :: line_search = 8
       !> Matrix: kept while iterations converge with it, or new in every iteration
       character(len=option_length) :: matrix = 'kept'
+      !> Steps of pseudo-time in which a crack that runs on by itself must come to rest
+      integer :: max_pseudo_steps = 300
       !> Bodies that nothing holds: refused, or held by weak springs in the matrix alone
       character(len=option_length) :: loose_bodies = 'refuse'
    end type implicit_t
@@ -35,6 +37,7 @@ module implicit_group_m
                                   variable_t('largest_cut', a_count), &
                                   variable_t('line_search', a_count), &
                                   variable_t('matrix', an_option), &
+                                  variable_t('max_pseudo_steps', a_count), &
                                   variable_t('loose_bodies', an_option)]
    character(len=*), parameter :: matrices(*) = ['kept', 'new ']
    character(len=*), parameter :: treatments(*) = ['refuse', 'hold  ']
@@ -62,6 +65,7 @@ contains
       call check_least(errors, slice, 'largest_cut', implicit%largest_cut, 0)
       call check_least(errors, slice, 'line_search', implicit%line_search, 0)
       call check_choice(errors, slice, 'matrix', implicit%matrix, matrices)
+      call check_least(errors, slice, 'max_pseudo_steps', implicit%max_pseudo_steps, 1)
       call check_choice(errors, slice, 'loose_bodies', implicit%loose_bodies, treatments)
    end subroutine read_implicit
 
@@ -76,6 +80,7 @@ contains
       call put(unit, 'largest_cut', implicit%largest_cut)
       call put(unit, 'line_search', implicit%line_search)
       call put(unit, 'matrix', implicit%matrix)
+      call put(unit, 'max_pseudo_steps', implicit%max_pseudo_steps)
       call put(unit, 'loose_bodies', implicit%loose_bodies)
       call end_group(unit)
    end subroutine write_implicit

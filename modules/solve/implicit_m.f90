@@ -53,10 +53,10 @@ module implicit_m
    !> Pseudo-time: drag of the first step, factors by which it falls after an easy step and grows after one without
    !> equilibrium, drag that lets nothing move any more, and drag so light that equilibrium without it is worth a try
    real(wp), parameter :: first_drag = 1.0_wp, lighter = 0.25_wp, heavier = 4.0_wp, heaviest = 1.0e6_wp, light = 1.0e-9_wp
-   !> Unbalanced force ratio at which a step of pseudo-time is done, also as a share of what it starts from; steps before
-   !> giving up
+   !> Unbalanced force ratio at which a step of pseudo-time is done, also as a share of what it starts from
    real(wp), parameter :: pseudo_tolerance = 1.0e-5_wp, pseudo_share = 1.0e-2_wp
-   integer, parameter :: most_pseudo_steps = 2000, easy_pseudo = 22
+   !> A step that took no more iterations than this is followed by one with less drag
+   integer, parameter :: easy_pseudo = 22
    !> Steps found in a row after one that was not, before the drag falls again
    integer, parameter :: in_a_row = 2
    !> A step that leaves less than this part of the unbalanced force ratio is followed by a try without drag
@@ -201,7 +201,7 @@ contains
       to_come = duration
       calming = .false.
       found_since = in_a_row
-      do step = 1, most_pseudo_steps
+      do step = 1, scene%deck%implicit%max_pseudo_steps
          call start_increment_at(scene, level, to_come, state, increment)
          where (scene%loads%fixed) state%u = state%u + to_come*scene%loads%velocity
          call evaluate(scene, increment, state)
@@ -241,7 +241,7 @@ contains
          found_since = found_since + 1
          if (iterations <= easy_pseudo .and. found_since >= in_a_row) drag = lighter*drag
       end do
-      call log%warn('rock that breaks does not come to rest after '//to_text(min(step, most_pseudo_steps))// &
+      call log%warn('rock that breaks does not come to rest in '//to_text(min(step, scene%deck%implicit%max_pseudo_steps))// &
                     ' steps of pseudo-time')
    end subroutine follow
 
@@ -374,11 +374,20 @@ contains
       type(state_t), intent(in) :: state
       type(error_list_t), intent(inout) :: errors
 
+      character(len=:), allocatable :: tried, advice
+
+      if (scene%can_break) then
+         tried = 'though the rock was followed for '//to_text(scene%deck%implicit%max_pseudo_steps)//' steps of pseudo-time'
+         advice = 'what is left of it may not carry the load, or else try a larger &implicit max_pseudo_steps, more cycles, '// &
+                  'or solver = ''explicit'' where fragments fly'
+      else
+         tried = 'though the increment was halved '//to_text(scene%deck%implicit%largest_cut)//' times'
+         advice = 'try more cycles, a larger &implicit largest_cut, or solver = ''explicit'' where blocks come loose or the '// &
+                  'load exceeds what holds them'
+      end if
       call errors%add('no equilibrium found at time '//to_text(state%time)//' s (stage '''// &
                       trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', load level '// &
-                      to_text(level)//') though the increment was halved '// &
-                      to_text(scene%deck%implicit%largest_cut)//' times; try more cycles, a larger &implicit '// &
-                      'largest_cut, or solver = ''explicit'' where blocks come loose or the load exceeds what holds them')
+                      to_text(level)//') '//tried//'; '//advice)
    end subroutine report_failure
 
    !> Say what it took and give back the memory of the matrix.
