@@ -15,7 +15,8 @@ program femdem
    use mesh_check_m, only: check_mesh
    use ordering_m, only: order_mesh
    use group_check_m, only: check_groups
-   use scene_m, only: scene_t, build_scene, begin_stage, solver_explicit, solver_implicit, solver_relaxation
+   use scene_m, only: scene_t, build_scene, begin_stage
+   use solver_choice_m, only: solver_explicit, solver_implicit, solver_relaxation
    use state_m, only: state_t
    use cracks_m, only: start_cracks
    use plan_m, only: say_plan

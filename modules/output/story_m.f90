@@ -6,7 +6,8 @@ module story_m
    use log_m, only: log_t, progress_t
    use version_m, only: program_version, program_commit
    use deck_m, only: deck_t
-   use scene_m, only: scene_t, solver_explicit
+   use scene_m, only: scene_t
+   use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
    use explicit_m, only: cycle_report_t
    implicit none

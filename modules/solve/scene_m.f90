@@ -23,16 +23,15 @@ module scene_m
    use pore_pressure_m, only: add_pore_pressure
    use loads_m, only: loads_t, init_loads, start_stage, group_nodes
    use state_m, only: state_t, init_state
+   use solver_choice_m, only: choose_solver, solver_name, solver_explicit
    implicit none
    private
 
-   !> Solvers. A new one is one more number here, one case in chosen_solver and one in the main program.
-   integer, parameter, public :: solver_explicit = 1, solver_implicit = 2, solver_relaxation = 3
-
    type, public :: scene_t
       type(deck_t) :: deck
-      !> Solver of this run
+      !> Solver of this run, and why
       integer :: solver = solver_explicit
+      character(len=:), allocatable :: solver_reason
       !> The mesh as read, its edges, and those of them that are cut: fractures first, then cracks as they come
       type(mesh_t) :: whole
       type(edge_table_t) :: edges
@@ -93,7 +92,6 @@ contains
       integer :: i
 
       scene%deck = deck
-      scene%solver = chosen_solver(deck)
       allocate (fracture(size(mesh%group)), source=.false.)
       do i = 1, size(deck%joint)
          fracture(find_group(mesh%group, deck%joint(i)%group, 1)) = .true.
@@ -103,6 +101,9 @@ contains
       if (errors%any()) return
       call split_edges(mesh, scene%edges, scene%cut, scene%split)
       call scan_topology(scene%split, scene%topology)
+      call choose_solver(deck, scene%split, scene%solver, scene%solver_reason)
+      ! The deck written beside the results names it
+      scene%deck%run%solver = solver_name(scene%solver)
       call build_rock(scene)
       call build_nodes(scene)
       call build_joints(scene, log)
@@ -111,23 +112,6 @@ contains
       call init_state(scene%mass, size(scene%split%joint, 2), state)
       call start_moving(scene, state)
    end subroutine build_scene
-
-   !> Solver that the deck asks for, or that suits the scene when it leaves the choice.
-   pure integer function chosen_solver(deck) result(solver)
-      type(deck_t), intent(in) :: deck
-
-      select case (deck%run%solver)
-      case ('implicit')
-         solver = solver_implicit
-      case ('relaxation')
-         solver = solver_relaxation
-      case ('explicit')
-         solver = solver_explicit
-      case default
-         ! 'auto': the only one there is
-         solver = solver_explicit
-      end select
-   end function chosen_solver
 
    !> Triangles.
    subroutine build_rock(scene)

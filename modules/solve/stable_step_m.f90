@@ -8,7 +8,8 @@ module stable_step_m
    use constants_m, only: is_set, megapascal_per_millimetre
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
-   use scene_m, only: scene_t, solver_explicit
+   use scene_m, only: scene_t
+   use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
    use wall_contact_m, only: find_overlaps, wall_stiffness_bound
    use joints_m, only: joint_stiffness

@@ -7,7 +7,7 @@ module support_m
    implicit none
    private
 
-   public :: find_loose
+   public :: find_loose, assemblies
 
    !> Rigid motions in the plane
    integer, parameter :: motions = 3
@@ -26,10 +26,38 @@ contains
       logical, intent(in) :: fixed(:, :)
       !> (loose assemblies)
       integer, allocatable, intent(out) :: node(:)
-      integer :: of_node(size(x, 2)), first, n, e
+      integer :: of_node(size(x, 2)), first
       logical :: meshed(size(x, 2))
 
-      of_node = [(n, n=1, size(x, 2))]
+      call find_assemblies(triangle, joint, of_node, meshed)
+      allocate (node(0))
+      do first = 1, size(of_node)
+         if (of_node(first) /= first .or. .not. meshed(first)) cycle
+         if (.not. held(x, fixed, of_node == first)) node = [node, first]
+      end do
+   end subroutine find_loose
+
+   !> Number of assemblies.
+   integer function assemblies(x, triangle, joint)
+      !> Coordinates (2, nodes) [m]
+      real(wp), intent(in) :: x(:, :)
+      !> Corner nodes (3, triangles); nodes of the joints in wall contact (4, joints)
+      integer, intent(in) :: triangle(:, :), joint(:, :)
+      integer :: of_node(size(x, 2)), n
+      logical :: meshed(size(x, 2))
+
+      call find_assemblies(triangle, joint, of_node, meshed)
+      assemblies = count([(of_node(n) == n .and. meshed(n), n=1, size(of_node))])
+   end function assemblies
+
+   !> A node that stands for the assembly of each node, and whether the node belongs to rock (nodes).
+   pure subroutine find_assemblies(triangle, joint, of_node, meshed)
+      integer, intent(in) :: triangle(:, :), joint(:, :)
+      integer, intent(out) :: of_node(:)
+      logical, intent(out) :: meshed(:)
+      integer :: n, e
+
+      of_node = [(n, n=1, size(of_node))]
       meshed = .false.
       do e = 1, size(triangle, 2)
          call join(of_node, triangle(:, e))
@@ -41,12 +69,7 @@ contains
       do n = 1, size(of_node)
          of_node(n) = root(of_node, n)
       end do
-      allocate (node(0))
-      do first = 1, size(of_node)
-         if (of_node(first) /= first .or. .not. meshed(first)) cycle
-         if (.not. held(x, fixed, of_node == first)) node = [node, first]
-      end do
-   end subroutine find_loose
+   end subroutine find_assemblies
 
    !> Put nodes into one set.
    pure subroutine join(of_node, node)
