@@ -128,15 +128,20 @@ def main():
         if place == "joints":
             raise style.ResultsError(f"{arguments.rock} is a quantity of the joints: use --joints")
         draw_rock(figure, axes, corners, values, text, arguments.rock_limits, bool(arguments.joints))
+    # Cohesive joints of the rock are no fractures; they are shown where there is nothing else
+    shown = mesh.block_edge > 0
+    if not shown.any():
+        shown = np.ones(len(mesh.joints), dtype=bool)
     if arguments.joints:
         place, values, text = chosen_field(
             fields, mesh, arguments.joints, arguments.step, arguments.magnitude
         )
         if place != "joints":
             raise style.ResultsError(f"{arguments.joints} is a field on {place}: use --rock")
-        draw_joints(figure, axes, mesh.joint_lines, values, text, arguments.joint_limits, arguments.width)
+        lines = mesh.joint_lines[shown]
+        draw_joints(figure, axes, lines, values[shown], text, arguments.joint_limits, arguments.width)
     elif len(mesh.joints):
-        axes.add_collection(LineCollection(mesh.joint_lines, color="#222222", linewidth=0.6))
+        axes.add_collection(LineCollection(mesh.joint_lines[shown], color="#222222", linewidth=0.6))
     if arguments.cracks:
         number = network_maps.draw_cracks(axes, run, fields.times[arguments.step])
         print(f"{number} broken joints")
