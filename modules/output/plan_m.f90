@@ -33,6 +33,8 @@ contains
       end if
       if (scene%has_contact .and. scene%solver == solver_implicit) then
          call log%say('contact   other surfaces can meet: not in the equations, measured at the end of each cycle')
+      else if (scene%deck%contact%search == 'always') then
+         call log%say('contact   searched in every step, as the deck asks (&contact search)')
       else if (scene%has_contact) then
          call log%say('contact   other surfaces can meet: potential contact, searched again when one has moved half the skin')
       else if (.not. scene%deck%contact%active) then

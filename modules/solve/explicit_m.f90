@@ -281,7 +281,7 @@ contains
       real(wp) :: normal(size(state%joint)), shear(size(state%joint))
       integer :: e
 
-      searched = scene%contact%needs_search(state%u)
+      searched = scene%contact%needs_search(state%u) .or. scene%deck%contact%search == 'always'
       if (searched) call scene%contact%search(scene%exposed, state%u)
       if (scene%has_potential_joints) then
          call scene%contact%joint_tractions(scene%exposed, normal, shear)

@@ -224,7 +224,7 @@ contains
          end do
          walked = surfaces_walked(scene%walls, scene%split)
          call scene%contact%init(scene%exposed, penalty, walked(scene%exposed_edge), options, held_together(scene))
-         scene%has_contact = scene%contact%possible
+         scene%has_contact = scene%contact%possible .or. settings%search == 'always'
          if (allocated(scene%friction)) deallocate (scene%friction)
          allocate (scene%friction(size(scene%exposed_edge)), source=tan(settings%friction_angle*radians))
          do e = 1, size(scene%friction)
