@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Which setting buys which error for which time: solver x element size x velocity or increment.
 
-    python3 tests/bench/time_against_error.py [--quick] [--scene shear closure] [--results results/bench/time_against_error]
+    python3 tests/bench/time_against_error.py [--quick] [--scene shear closure crack network] [--results DIR]
 
-Scenes: direct shear of the 6 cm joint to 5 mm, its closure to 1 MPa (decks of input/direct_shear and input/closure). The
+Scenes: direct shear of the 6 cm joint to 5 mm, its closure to 1 MPa (decks of input/direct_shear and input/closure); the
+inclined crack of tests/scenes/inclined_crack; a network of two sets under 15 and 5 MPa (tests/scenes/network_three_solvers). The
 settings are varied by velocity (explicit) or increment (other solvers), and by element size. A solver that the program
 does not know is left out.
 
@@ -11,6 +12,10 @@ Errors rms_% and worst_%: difference from eq 13 in per cent of the peak, or from
 rows of the history, as by plot_shear.py and plot_closure.py; of the dilation from eq 18 as by plot_dilation.py. Runs with
 large increments have few rows, which may miss the peak; so settings are compared by error_%: the same difference, rms, with
 the computed curve read linearly every 0.01 mm; for closure the difference at 1 MPa, where every run has a row.
+Inclined crack: slip at the centre against its closed form, and as worst_% that of the profile. Network: means of shear
+displacement and aperture, weighted by length, against a run with elements of 20 mm and 80 increments a phase; the larger of
+the two differences. The explicit solver is left out of the inclined crack: its plate is so large against the crack that
+waves cross it many times before it rests, and friction keeps what they did.
 
 Time: solve time of run.log and user time of the whole program. Before every run the reference run (the shipped implicit
 direct shear deck) is timed, and the two are divided: what else the machine does falls out for the most part. Runs shorter
@@ -32,7 +37,11 @@ from pathlib import Path
 
 TOP = Path(__file__).resolve().parent.parent.parent
 SHEAR, CLOSURE = TOP / "input" / "direct_shear", TOP / "input" / "closure"
-sys.path[:0] = [str(TOP / "postproc"), str(SHEAR)]
+NETWORK = TOP / "input" / "network"
+CRACK_SCENE, NETWORK_SCENE = (
+    TOP / "tests" / "scenes" / name for name in ("inclined_crack", "network_three_solvers")
+)
+sys.path[:0] = [str(TOP / "postproc"), str(SHEAR), str(TOP / "tests")]
 import figure_style as style  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
@@ -43,6 +52,7 @@ from plot_closure import draw_closure  # noqa: E402
 from plot_dilation import draw_dilation  # noqa: E402
 from plot_shear import draw_shear  # noqa: E402
 from run_series import PROGRAM, change, shear_deck  # noqa: E402
+from scene_crack import ANGLE, HALF_LENGTH, MODULUS, STRESS, reference_slip, resolved, slip_error  # noqa: E402
 
 LENGTH, NORMAL_STRESS_MPA, TRAVEL_MM = 0.06, 0.0245, 5.0
 SAME = 1.02  # errors this much apart are the same: a longer run must buy more
@@ -63,10 +73,19 @@ HEADER = [
     "user_s",
 ]
 HEADER += ["solve_ratio", "user_ratio", "repeats", "on_front"]
-SCENE_NAME = {"shear": "Direct shear, 6 cm", "closure": "Closure to 1 MPa, 6 cm"}
+SCENE_NAME = {
+    "shear": "Direct shear, 6 cm",
+    "closure": "Closure to 1 MPa, 6 cm",
+    "crack": "Inclined crack, 0.2 m",
+    "network": "Network, phases I and II-B",
+}
+CRACK_FRICTION = 15.0  # degrees, of the crack's deck
+NETWORK_FINEST = (20.0, 80)  # element size [mm] and increments a phase of the network's reference
 ERROR_NAME = {
     "shear": "Error of the shear stress [% of the peak, rms]",
     "closure": "Error of the closure at 1 MPa [%]",
+    "crack": "Error of the slip at the centre [%]",
+    "network": "Error of mean shear displacement, aperture [%]",
 }
 
 
@@ -109,6 +128,52 @@ def with_solver(deck, solver):
     return re.sub(r"(?m)^&implicit.*/\n", "", change(deck, "run", solver=f"'{solver}'"))
 
 
+def crack_deck(solver):
+    """The scene's deck for a solver of states of rest."""
+    deck = (CRACK_SCENE / "crack.nml").read_text(encoding="utf-8")
+    deck = re.sub(r"(?m)^&implicit.*/\n", "", deck) + "&output directory = 'results' /\n"
+    return change(deck, "run", solver=f"'{solver}'")
+
+
+def network_deck(solver, setting):
+    """The scene's deck with increments a phase, or for the explicit solver with the time of its ramps [ms]."""
+    deck = (NETWORK_SCENE / "network.nml").read_text(encoding="utf-8") + "&output directory = 'results' /\n"
+    if solver == "explicit":
+        ramp = f"cycles = 1, move_time = {setting}e-3, equilibrium = 1e-4, max_rest_time = 2e-2"
+        deck = deck.replace("cycles = 10, move_time = 1e-2", ramp)
+    else:
+        deck = deck.replace("cycles = 10", f"cycles = {setting}")
+    if solver == "explicit":
+        deck += "&explicit damping = 'viscous', damping_factor = 0.2, mass_scaling = 'step', scaled_step = 5e-6 /\n"
+    return change(deck, "run", solver=f"'{solver}'")
+
+
+def rock_cases(scenes, solvers, quick):
+    """The settings of the inclined crack and of the network."""
+    found = []
+    for solver in solvers:
+        sizes = [16.0, 8.0] if quick or solver != "implicit" else [16.0, 8.0, 5.6, 4.0]
+        if "crack" in scenes and solver != "explicit":
+            found += [Case("crack", solver, size, "2 steps", crack_deck(solver)) for size in sizes]
+        if "network" not in scenes:
+            continue
+        sizes = [60.0] if quick or solver != "implicit" else [60.0, 40.0, 30.0]
+        steps = (
+            [100, 200]
+            if solver == "explicit"
+            else [5, 10]
+            if quick or solver != "implicit"
+            else [2, 5, 10, 20, 40]
+        )
+        unit = "ms" if solver == "explicit" else "steps"
+        found += [
+            Case("network", solver, size, f"{n} {unit}", network_deck(solver, n))
+            for size in sizes
+            for n in steps
+        ]
+    return found
+
+
 def cases(scenes, solvers, quick):
     """The settings of the study."""
     sizes = [3.0] if quick else [3.0, 1.5, 1.0]
@@ -135,15 +200,35 @@ def cases(scenes, solvers, quick):
                     else:
                         deck = with_solver(closure_deck("closure_6cm_implicit.nml", n), solver)
                     found.append(Case("closure", solver, size, f"{n} steps", deck))
-    return found
+    return found + rock_cases(scenes, solvers, quick)
+
+
+def write_mesh(scene, size_mm, mesh):
+    """Write the mesh of a scene; the number of its triangles."""
+    if scene in ("shear", "closure"):
+        return make_mesh(LENGTH, size_mm / 1000, str(mesh))
+    if scene == "crack":
+        command = [CRACK_SCENE / "make_mesh.py", "--size", size_mm / 1000, "--out", mesh]
+    else:
+        command = [
+            NETWORK / "make_mesh.py",
+            NETWORK / "two_sets.csv",
+            "--size",
+            size_mm / 1000,
+            "--feature",
+            "0.02",
+        ]
+        command += ["--out", mesh]
+    subprocess.run([sys.executable, *map(str, command)], check=True, stdout=subprocess.DEVNULL)
+    return 0  # counted from the log of the run
 
 
 def prepare(case, folder):
     """Mesh and deck of a case; returns the deck's path and the number of triangles."""
-    mesh = folder / f"{case.size_mm:g}mm.msh"
+    mesh = folder / f"{'' if case.scene in ('shear', 'closure') else case.scene + '_'}{case.size_mm:g}mm.msh"
     count = mesh.with_suffix(".txt")
     if not mesh.exists():
-        count.write_text(str(make_mesh(LENGTH, case.size_mm / 1000, str(mesh))), encoding="utf-8")
+        count.write_text(str(write_mesh(case.scene, case.size_mm, mesh)), encoding="utf-8")
     path = folder / f"{case.name}.nml"
     deck = change(case.deck, "run", mesh=f"'{mesh.name}'")
     path.write_text(change(deck, "output", directory=f"'{case.name}'"), encoding="utf-8")
@@ -187,8 +272,43 @@ def curve_error(run):
     return 100 * float(np.sqrt(np.mean(found**2)) / law.peak_shear_stress(NORMAL_STRESS_MPA))
 
 
+def network_means(results):
+    """Means of shear displacement and aperture [mm], weighted by length."""
+    fields = Results(results).fields
+    lines = fields.mesh().joint_lines
+    length = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
+    return [
+        np.average(np.abs(fields.read(name)), weights=length)
+        for name in ("shear_displacement_mm", "aperture_mm")
+    ]
+
+
+def rock_errors(case, results):
+    """error_%, rms_%, worst_% of the inclined crack and the network."""
+    if case.scene == "crack":
+        normal, shear = resolved(STRESS, ANGLE)
+        strength = normal * np.tan(np.radians(CRACK_FRICTION))
+        centre, worst = slip_error(
+            results, lambda x: reference_slip(x, HALF_LENGTH, MODULUS, shear, np.inf, strength)
+        )
+        return [100 * abs(centre), "", 100 * worst, ""]
+    finest = Case(
+        "network", "implicit", NETWORK_FINEST[0], "finest", network_deck("implicit", NETWORK_FINEST[1])
+    )
+    folder = Path(results).parent
+    if not (folder / finest.name / "run.log").exists() and timed(prepare(finest, folder)[0]) is None:
+        sys.exit("error: the network's reference run failed")
+    off = [
+        100 * abs(a / b - 1)
+        for a, b in zip(network_means(results), network_means(folder / finest.name), strict=True)
+    ]
+    return [max(off), "", "", ""]
+
+
 def errors(case, results):
     """error_%, rms_%, worst_% and dilation_rms_% of HEADER."""
+    if case.scene in ("crack", "network"):
+        return rock_errors(case, results)
     run, (figure, axes) = Results(results), plt.subplots()
     if case.scene == "closure":
         rows = [row[-1] for row in draw_closure(axes, [run], [""])[1]]
@@ -217,6 +337,9 @@ def measure(case, reference, folder, repeat, long):
         user_ratio.append(found[1] / base[1])
         if user[0] > long:
             break
+    if triangles == 0:
+        log = (deck.parent / deck.stem / "run.log").read_text(encoding="utf-8")
+        triangles = int(re.search(r"(?m)^mesh .* nodes, (\d+) triangles", log)[1])
     medians = [statistics.median(values) for values in (solve, user, solve_ratio, user_ratio)]
     setting = [case.scene, case.solver, case.size_mm, case.setting, triangles]
     row = [*setting, *errors(case, folder / case.name), *medians, len(solve)]
@@ -275,7 +398,7 @@ def draw(rows, out):
             if row[2] == sizes[0]:  # the other sizes have the same settings
                 above = row[1] != "implicit" or scene == "closure"
                 axes.annotate(
-                    row[3],
+                    row[3].removesuffix(" steps"),
                     (row[time], row[error]),
                     xytext=(3, 3) if above else (2, -4),
                     textcoords="offset points",
@@ -300,7 +423,8 @@ def draw(rows, out):
     ]
     marks += [Patch(color=style.PALETTE[i], label=f"h = {size:g} mm") for i, size in enumerate(sizes)]
     marks.append(plt.Line2D([], [], color="#999999", linestyle="--", label="front"))
-    figure.legend(handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=len(marks))
+    columns = min(len(marks), 4 * len(scenes))
+    figure.legend(handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=columns)
     style.save(figure, out, None, None)
 
 
