@@ -30,9 +30,11 @@ module cohesive_m
    real(wp), parameter :: least_range = 0.1_wp
    integer, parameter :: most_iterations = 50
    real(wp), parameter :: close_enough = 1.0e-14_wp
-   !> Damage that may grow in one part of a way, and halvings of the way to find where the damage reaches 1
+   !> Damage that may grow in one part of a way, and halvings of the way to find where damage begins and ends
    real(wp), parameter :: largest_growth = 0.05_wp
-   integer, parameter :: halvings = 30
+   integer, parameter :: halvings = 40
+   !> Damage that is as good as 1: nothing is left to spend
+   real(wp), parameter :: largest_damage = 1.0_wp - 1.0e-12_wp
    !> Difference over the opening at the strength from which the tangent is found: the square root of rounding is 1e-8, and
    !> the law is smooth over its own peak
    real(wp), parameter :: difference = 1.0e-6_wp
@@ -207,17 +209,19 @@ contains
       type(cohesive_point_t), intent(in) :: before
       type(cohesive_point_t), intent(inout) :: point
       type(cohesive_point_t) :: on_way
-      real(wp) :: from(2), way(2), place(2), last
+      real(wp) :: from(2), way(2), place(2), first, last
       integer :: i, parts
 
       from = [before%opening, before%slip]
       way = [opening, slip] - from
       parts = ceiling((point%damage - before%damage)/largest_growth)
+      ! No damage up to the first place, none beyond the last
+      first = place_of_damage(law, from, way, before%damage, before%damage)
       last = 1.0_wp
-      if (point%damage >= 1.0_wp) last = end_of_softening(law, from, way, before%damage)
+      if (point%damage >= 1.0_wp) last = place_of_damage(law, from, way, before%damage, largest_damage)
       on_way = before
-      do i = 1, parts
-         place = from + real(i, wp)/real(parts, wp)*last*way
+      do i = 0, parts
+         place = from + (first + real(i, wp)/real(parts, wp)*(last - first))*way
          call step_to(law, place(1), place(2), damage_on(law, place(1), place(2), on_way%damage), on_way)
       end do
       call step_to(law, opening, slip, point%damage, on_way)
@@ -226,11 +230,11 @@ contains
       point%work = on_way%work
    end subroutine spend_on_way
 
-   !> Part of a way, 0 to 1, at which the damage reaches 1; at the end of the way it has.
-   pure real(wp) function end_of_softening(law, from, way, before) result(part)
+   !> Part of a way, 0 to 1, at which the damage passes a value; at the end of the way it has.
+   pure real(wp) function place_of_damage(law, from, way, before, passed) result(part)
       type(cohesive_t), intent(in) :: law
-      !> Opening and slip at the start, and the way from there (2) [m]; damage at the start
-      real(wp), intent(in) :: from(2), way(2), before
+      !> Opening and slip at the start, and the way from there (2) [m]; damage at the start, and the one to pass
+      real(wp), intent(in) :: from(2), way(2), before, passed
       real(wp) :: low, middle
       integer :: i
 
@@ -238,13 +242,13 @@ contains
       part = 1.0_wp
       do i = 1, halvings
          middle = 0.5_wp*(low + part)
-         if (damage_on(law, from(1) + middle*way(1), from(2) + middle*way(2), before) >= 1.0_wp) then
+         if (damage_on(law, from(1) + middle*way(1), from(2) + middle*way(2), before) > passed) then
             part = middle
          else
             low = middle
          end if
       end do
-   end function end_of_softening
+   end function place_of_damage
 
    !> Damage at an opening and slip, not less than before.
    pure real(wp) function damage_on(law, opening, slip, before) result(damage)

@@ -96,7 +96,7 @@ contains
       reason = ''
       if (any(deck%joint%contact == 'potential')) reason = 'joints are in potential contact'
       if (.not. deck%contact%active) return
-      if (assemblies(split%x, split%triangle, split%joint) > 1) reason = 'bodies that share no joint can meet'
+      if (assemblies(size(split%x, 2), split%triangle, split%joint) > 1) reason = 'bodies that share no joint can meet'
    end function contact_beyond_walls
 
 end module solver_choice_m

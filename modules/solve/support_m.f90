@@ -38,13 +38,13 @@ contains
    end subroutine find_loose
 
    !> Number of assemblies.
-   integer function assemblies(x, triangle, joint)
-      !> Coordinates (2, nodes) [m]
-      real(wp), intent(in) :: x(:, :)
+   pure integer function assemblies(nodes, triangle, joint)
+      !> Number of nodes
+      integer, intent(in) :: nodes
       !> Corner nodes (3, triangles); nodes of the joints in wall contact (4, joints)
       integer, intent(in) :: triangle(:, :), joint(:, :)
-      integer :: of_node(size(x, 2)), n
-      logical :: meshed(size(x, 2))
+      integer :: of_node(nodes), n
+      logical :: meshed(nodes)
 
       call find_assemblies(triangle, joint, of_node, meshed)
       assemblies = count([(of_node(n) == n .and. meshed(n), n=1, size(of_node))])
