@@ -23,6 +23,8 @@ module contact_m
       real(wp) :: tangential_factor = 1.0_wp
       !> friction_slider or friction_velocity of friction_m
       integer :: friction = friction_slider
+      !> Look where no two surfaces can meet too, and before anything has moved half the skin (checks: the same forces)
+      logical :: everywhere = .false., every_time = .false.
    end type contact_options_t
 
    !> What one call of forces did to the energies
@@ -147,7 +149,8 @@ contains
       allocate (self%touch(16))
       number = [(i, i=1, size(split%x, 2))]
       if (present(same)) number = same
-      self%possible = surfaces_can_meet(split, handled, number)
+      self%possible = options%everywhere
+      if (.not. self%possible) self%possible = surfaces_can_meet(split, handled, number)
 
       call choose_objects(split, chosen, object_of)
       allocate (self%node(3, size(chosen)), self%edge(3, size(chosen)), self%height(3, size(chosen)), &
@@ -234,7 +237,7 @@ contains
       real(wp), intent(in) :: displacement(:, :)
       integer :: i
 
-      needs_search = self%possible .and. self%searches == 0
+      needs_search = self%possible .and. (self%searches == 0 .or. self%options%every_time)
       if (needs_search .or. .not. self%possible) return
       do i = 1, size(self%layer)
          associate (node => self%layer(i))

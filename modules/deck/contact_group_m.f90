@@ -23,8 +23,6 @@ module contact_group_m
       real(wp) :: friction_angle = 0.0_wp
       !> Spring-slider, or eq 4 with the relative velocity
       character(len=option_length) :: friction = 'slider'
-      !> Search where surfaces can meet, when one has moved half the skin; or everywhere, in every step
-      character(len=option_length) :: search = 'needed'
       !> Skin of the contact search over the edge length [-]
       real(wp) :: skin_factor = 0.2_wp
       !> Tangential over normal contact stiffness [-]
@@ -35,11 +33,9 @@ module contact_group_m
                                   variable_t('active', a_switch), &
                                   variable_t('friction_angle', a_number), &
                                   variable_t('friction', an_option), &
-                                  variable_t('search', an_option), &
                                   variable_t('skin_factor', a_number), &
                                   variable_t('tangential_factor', a_number)]
    character(len=*), parameter :: frictions(*) = ['slider  ', 'velocity']
-   character(len=*), parameter :: searches(*) = ['needed', 'always']
 
 contains
 
@@ -69,7 +65,6 @@ contains
       type(error_list_t), intent(inout) :: errors
 
       call check_choice(errors, slice, 'friction', contact%friction, frictions)
-      call check_choice(errors, slice, 'search', contact%search, searches)
       call check_range(errors, slice, 'friction_angle', contact%friction_angle, least=0.0_wp, below=right_angle)
       call check_range(errors, slice, 'skin_factor', contact%skin_factor, above=0.0_wp, most=1.0_wp)
       call check_range(errors, slice, 'tangential_factor', contact%tangential_factor, above=0.0_wp, most=10.0_wp)
@@ -84,7 +79,6 @@ contains
       call put(unit, 'active', contact%active)
       call put(unit, 'friction_angle', contact%friction_angle)
       call put(unit, 'friction', contact%friction)
-      call put(unit, 'search', contact%search)
       call put(unit, 'skin_factor', contact%skin_factor)
       call put(unit, 'tangential_factor', contact%tangential_factor)
       call end_group(unit)

@@ -16,6 +16,7 @@ module deck_m
    use explicit_group_m, only: explicit_t, read_explicit, write_explicit
    use implicit_group_m, only: implicit_t, read_implicit, write_implicit
    use relaxation_group_m, only: relaxation_t, read_relaxation, write_relaxation
+   use plan_group_m, only: plan_t, read_plan, write_plan
    use output_group_m, only: output_t, read_output, write_output
    implicit none
    private
@@ -39,6 +40,7 @@ module deck_m
       type(explicit_t) :: explicit
       type(implicit_t) :: implicit
       type(relaxation_t) :: relaxation
+      type(plan_t) :: plan
       type(output_t) :: output
    end type deck_t
 
@@ -49,7 +51,7 @@ module deck_m
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=13) :: 'run', repeated_names, &
                                                          'contact', 'gravity', 'explicit', 'implicit', 'relaxation', &
-                                                         'output']
+                                                         'plan', 'output']
 
 contains
 
@@ -135,6 +137,8 @@ contains
          call read_implicit(slice(i), deck%implicit, errors)
       case ('relaxation')
          call read_relaxation(slice(i), deck%relaxation, errors)
+      case ('plan')
+         call read_plan(slice(i), deck%plan, errors)
       case ('output')
          call read_output(slice(i), deck%output, errors)
       end select
@@ -243,6 +247,7 @@ contains
       call write_explicit(deck%explicit, unit)
       call write_implicit(deck%implicit, unit)
       call write_relaxation(deck%relaxation, unit)
+      call write_plan(deck%plan, unit)
       call write_output(deck%output, unit)
    end subroutine write_deck
 

@@ -22,6 +22,8 @@ module loads_m
       !> Do the dead loads change during the stage? Level the nodal loads were found for last (unset: not yet)
       logical :: dead_changes = .false.
       real(wp) :: level_then = unset
+      !> Find them in every call, whether or not their level has changed? (a check: the same loads)
+      logical :: every_time = .false.
       !> Follower pressure on surface edges at the start and end of the stage (loaded edges) [Pa]
       real(wp), allocatable :: pressure_start(:), pressure_end(:)
       !> Nodes of the edges under pressure, rock on the left (2, loaded edges), and their surface edge
@@ -33,14 +35,17 @@ module loads_m
 contains
 
    !> No loads yet: the state before the first stage.
-   subroutine init_loads(split, boundary, loads)
+   subroutine init_loads(split, boundary, loads, every_time)
       type(split_mesh_t), intent(in) :: split
       !> All boundary groups of the deck
       type(boundary_t), intent(in) :: boundary(:)
       type(loads_t), intent(out) :: loads
+      !> Are they found in every call? Not unless given
+      logical, intent(in), optional :: every_time
       logical, allocatable :: pressed(:)
       integer :: nodes, b, e
 
+      if (present(every_time)) loads%every_time = every_time
       nodes = size(split%x, 2)
       allocate (loads%fixed(2, nodes), source=.false.)
       allocate (loads%velocity(2, nodes), loads%dead_start(2, nodes), loads%dead_end(2, nodes), source=0.0_wp)
@@ -216,6 +221,7 @@ contains
       logical :: same
 
       same = is_set(loads%level_then) .and. (.not. loads%dead_changes .or. abs(level - loads%level_then) <= 0.0_wp)
+      same = same .and. .not. loads%every_time
       if (same .and. size(loads%pressure_surface) == 0) return
       loads%level_then = level
       force = loads%dead_start + level*(loads%dead_end - loads%dead_start)

@@ -1,6 +1,6 @@
-!> The scene plan: what this scene needs, what is skipped, and why; printed before the run.
+!> The scene plan: which solver and why, what the scene needs, what is skipped and what that saves; printed before the run.
 module plan_m
-   use text_m, only: to_text, quoted
+   use text_m, only: to_text
    use log_m, only: log_t
    use scene_m, only: scene_t
    use solver_choice_m, only: solver_name, solver_explicit, solver_implicit
@@ -25,50 +25,107 @@ contains
                    to_text(size(scene%topology%edge_length))//' block edges')
       call log%say('solver    '//solver_name(scene%solver)//': '//scene%solver_reason)
       call say_rock(scene, log)
-      if (scene%has_walls) then
-         call log%say('walls     '//to_text(size(scene%walls%joint))//' joint elements in wall contact, followed along the '// &
-                      'walls: no search')
-      else
-         call log%say('walls     none in wall contact')
-      end if
-      if (scene%has_contact .and. scene%solver == solver_implicit) then
-         call log%say('contact   other surfaces can meet: not in the equations, measured at the end of each cycle')
-      else if (scene%deck%contact%search == 'always') then
-         call log%say('contact   searched in every step, as the deck asks (&contact search)')
-      else if (scene%has_contact) then
-         call log%say('contact   other surfaces can meet: potential contact, searched again when one has moved half the skin')
-      else if (.not. scene%deck%contact%active) then
-         call log%say('contact   switched off in the deck (&contact active)')
-      else
-         call log%say('contact   no other surfaces can meet: never searched')
-      end if
-      if (scene%solver /= solver_explicit) then
-         call log%say('motion    none: no inertia, no damping, no time step')
-      else if (size(scene%damping_force, 2) == 0) then
-         call log%say('motion    no viscous forces: damping is '//trim(scene%deck%explicit%damping))
-      end if
+      call say_contact(scene, log)
+      if (scene%solver == solver_explicit) call say_motion(scene, log)
+      if (scene%solver /= solver_explicit) call say_rest(scene, log)
+      call say_checks(scene, log)
    end subroutine say_plan
 
    !> Whether and where the rock can break, and what that saves.
    subroutine say_rock(scene, log)
       type(scene_t), intent(in) :: scene
       type(log_t), intent(in) :: log
+      character(len=:), allocatable :: unknowns
 
+      unknowns = to_text(2*size(scene%split%x, 2))//' unknowns in place of '//to_text(6*size(scene%split%triangle, 2))// &
+                 ' with a joint on every edge'
       if (.not. scene%can_break) then
-         call log%say('rock      nothing can break: no cohesive joint elements, triangles share their nodes ('// &
-                      to_text(size(scene%split%x, 2))//' in place of '//to_text(3*size(scene%split%triangle, 2))//')')
+         call log%say('rock      nothing can break: no cohesive joint elements, triangles share their nodes, '//unknowns)
          return
       end if
       if (size(scene%bonds%active) > 0) call log%say('rock      '//to_text(size(scene%bonds%active))// &
-                                                     ' cohesive joint elements from the start')
+                                                     ' cohesive joint elements from the start, '//unknowns)
       if (.not. scene%is_adaptive) return
       if (scene%solver == solver_explicit) then
          call log%say('rock      '//to_text(count(scene%breakable > 0))//' edges stay whole until their stress asks for a '// &
-                      'joint (looked at every '//to_text(scene%check_every)//' steps)')
+                      'joint (looked at every '//to_text(scene%check_every)//' steps), '//unknowns)
       else
          call log%say('rock      '//to_text(count(scene%breakable > 0))//' edges stay whole until their stress asks for a '// &
-                      'joint (looked at whenever the rock is at rest)')
+                      'joint (looked at whenever the rock is at rest), '//unknowns)
       end if
    end subroutine say_rock
+
+   !> Walls, and other surfaces that meet.
+   subroutine say_contact(scene, log)
+      type(scene_t), intent(in) :: scene
+      type(log_t), intent(in) :: log
+      character(len=:), allocatable :: pushed
+
+      if (scene%has_walls) then
+         call log%say('walls     '//to_text(size(scene%walls%joint))//' joint elements in wall contact, followed along the '// &
+                      'walls: no search')
+      else
+         call log%say('walls     none in wall contact')
+      end if
+      pushed = to_text(size(scene%touching))//' of '//to_text(size(scene%split%x, 2))//' nodes can feel it'
+      if (.not. scene%deck%contact%active) then
+         call log%say('contact   switched off in the deck (&contact active)')
+      else if (.not. scene%has_contact) then
+         call log%say('contact   no other surfaces can meet: never searched')
+      else if (scene%solver == solver_implicit) then
+         call log%say('contact   other surfaces can meet: not in the equations, measured at the end of each cycle')
+      else if (scene%deck%plan%skip_search) then
+         call log%say('contact   other surfaces can meet: potential contact, searched again when one has moved half the '// &
+                      'skin; '//pushed)
+      else
+         call log%say('contact   potential contact; '//pushed)
+      end if
+   end subroutine say_contact
+
+   !> What the explicit solver does not do in every step.
+   subroutine say_motion(scene, log)
+      type(scene_t), intent(in) :: scene
+      type(log_t), intent(in) :: log
+
+      if (size(scene%damping_force, 2) == 0) &
+         call log%say('motion    no viscous forces: damping is '//trim(scene%deck%explicit%damping))
+      if (scene%deck%plan%skip_step) &
+         call log%say('step      found again only when contact finds new pairs, walls move on or a joint stiffens')
+   end subroutine say_motion
+
+   !> What solvers that know rest alone do without.
+   subroutine say_rest(scene, log)
+      type(scene_t), intent(in) :: scene
+      type(log_t), intent(in) :: log
+
+      call log%say('motion    none: no inertia, no damping, no time step; '//to_text(sum(scene%deck%stage%cycles))// &
+                   ' load increments')
+      if (scene%solver == solver_implicit .and. scene%deck%implicit%matrix == 'kept') &
+         call log%say('matrix    kept for as long as iterations converge with it')
+   end subroutine say_rest
+
+   !> What would be skipped, but is done because the deck asks for it.
+   subroutine say_checks(scene, log)
+      type(scene_t), intent(in) :: scene
+      type(log_t), intent(in) :: log
+
+      associate (plan => scene%deck%plan)
+         if (.not. plan%skip_contact) call say('skip_contact', 'contact is looked for where no two surfaces can meet')
+         if (.not. plan%skip_search) call say('skip_search', 'contact is searched in every step')
+         if (.not. plan%skip_nodes) call say('skip_nodes', 'contact forces are cleared at all nodes')
+         if (.not. plan%skip_viscosity) call say('skip_viscosity', 'viscous forces are found even with no viscosity')
+         if (.not. plan%skip_step) call say('skip_step', 'the stable step is found in every step')
+         if (.not. plan%skip_loads) call say('skip_loads', 'nodal loads are found in every step')
+      end associate
+
+   contains
+
+      subroutine say(switch, what)
+         character(len=*), intent(in) :: switch, what
+
+         call log%say('check     '//what//' (&plan '//switch//')')
+      end subroutine say
+
+   end subroutine say_checks
 
 end module plan_m

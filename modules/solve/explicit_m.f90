@@ -124,7 +124,8 @@ contains
          end if
          ! After the last step there is nothing left to divide
          if (steps_left > 0_i8 .and. &
-             (searched .or. changed .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint))) call fit_step()
+             (searched .or. changed .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint) .or. &
+              .not. scene%deck%plan%skip_step)) call fit_step()
          since_look = since_look + 1
          if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
          since_look = 0
@@ -281,7 +282,7 @@ contains
       real(wp) :: normal(size(state%joint)), shear(size(state%joint))
       integer :: e
 
-      searched = scene%contact%needs_search(state%u) .or. scene%deck%contact%search == 'always'
+      searched = scene%contact%needs_search(state%u)
       if (searched) call scene%contact%search(scene%exposed, state%u)
       if (scene%has_potential_joints) then
          call scene%contact%joint_tractions(scene%exposed, normal, shear)

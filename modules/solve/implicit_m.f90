@@ -89,7 +89,7 @@ contains
          level = (real(cycle - 1, wp) + min(1.0_wp, done + part))/real(scene%deck%stage(stage)%cycles, wp)
          call start_increment_at(scene, level, duration, state, increment)
          call first_guess(self, scene, part, duration, increment, state)
-         call equilibrate(self, scene, increment, scene%deck%implicit%tolerance, state, iterations, found)
+         call equilibrate(self, scene, increment, scene%rest_tolerance(), state, iterations, found)
          if (found) then
             call account_increment(scene, increment%start, state)
             self%move = state%u - increment%start%u
@@ -145,7 +145,7 @@ contains
          call break_rock(self, scene, level, state, changed)
          if (.not. changed) return
          call start_increment_at(scene, level, 0.0_wp, state, increment)
-         call equilibrate(self, scene, increment, scene%deck%implicit%tolerance, state, iterations, found)
+         call equilibrate(self, scene, increment, scene%rest_tolerance(), state, iterations, found)
          if (found) then
             call account_increment(scene, increment%start, state)
          else
@@ -206,12 +206,12 @@ contains
          where (scene%loads%fixed) state%u = state%u + to_come*scene%loads%velocity
          call evaluate(scene, increment, state)
          unbalanced = unbalanced_ratio(scene%loads, state)
-         tolerance = max(scene%deck%implicit%tolerance, min(pseudo_tolerance, pseudo_share*unbalanced))
+         tolerance = max(scene%rest_tolerance(), min(pseudo_tolerance, pseudo_share*unbalanced))
          free = drag <= light .or. calming
          calming = .false.
          increment%softens = .true.
          if (free) then
-            tolerance = scene%deck%implicit%tolerance
+            tolerance = scene%rest_tolerance()
          else
             increment%drag = drag
          end if
@@ -231,7 +231,7 @@ contains
             increment%drag = 0.0_wp
             call evaluate(scene, increment, state)
          end if
-         found = unbalanced_ratio(scene%loads, state) <= scene%deck%implicit%tolerance
+         found = unbalanced_ratio(scene%loads, state) <= scene%rest_tolerance()
          call account_increment(scene, increment%start, state)
          ! Calmer than before: there may be rest nearby
          calming = unbalanced_ratio(scene%loads, state) < calm*unbalanced
@@ -279,8 +279,8 @@ contains
       character(len=:), allocatable :: what
       integer :: i
 
-      call find_loose(scene%split%x, scene%split%triangle, scene%split%joint(:, scene%walls%joint), &
-                      scene%loads%fixed, loose)
+      ! Bodies lean on each other at walls, and bonds hold them
+      call find_loose(scene%split%x, scene%split%triangle, scene%split%joint, scene%loads%fixed, loose)
       self%weak_springs = size(loose) > 0
       do i = 1, size(loose)
          what = 'stage '''//trim(scene%deck%stage(stage)%name)//''': nothing holds the rock around x = '// &

@@ -159,7 +159,7 @@ contains
       integer :: stage
 
       stage = scene%stage
-      call init_loads(scene%split, scene%deck%boundary, scene%loads)
+      call init_loads(scene%split, scene%deck%boundary, scene%loads, every_time=.not. scene%deck%plan%skip_loads)
       if (stage > 1) call begin_stage(scene, stage - 1)
       if (stage > 0) call begin_stage(scene, stage)
    end subroutine renew_loads

@@ -110,14 +110,15 @@ contains
          call forces_from_start(scene, increment, level + part*(increment%level - level), state, searched)
          report%steps = report%steps + 1_i8
          state%step = state%step + 1_i8
-         if (searched .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint)) &
+         if (searched .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint) .or. &
+             .not. scene%deck%plan%skip_step) &
             call find_masses(scene, .false., state, mass)
          if (step >= ramp .and. mod(step - ramp, steps_between_looks) == 0) then
-            if (unbalanced_ratio(scene%loads, state) <= scene%deck%relaxation%tolerance) then
+            if (unbalanced_ratio(scene%loads, state) <= scene%rest_tolerance()) then
                call account_increment(scene, increment%start, state)
                return
             end if
-            loose = mod(step, looks_between_ticks) == 0 .and. has_left(scene, increment, state)
+            loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(scene, increment, state)
             if (loose) exit
          end if
          call push_nodes(scene%loads%fixed, mass, before <= 0.0_wp, state, v, kinetic)

@@ -23,7 +23,7 @@ module scene_m
    use pore_pressure_m, only: add_pore_pressure
    use loads_m, only: loads_t, init_loads, start_stage, group_nodes
    use state_m, only: state_t, init_state
-   use solver_choice_m, only: choose_solver, solver_name, solver_explicit
+   use solver_choice_m, only: choose_solver, solver_name, solver_explicit, solver_relaxation
    implicit none
    private
 
@@ -74,6 +74,7 @@ module scene_m
    contains
       procedure :: until_balanced
       procedure :: longest_rest
+      procedure :: rest_tolerance
    end type scene_t
 
    public :: build_scene, begin_stage, build_nodes, build_contact, law_of, material_of
@@ -108,7 +109,7 @@ contains
       call build_nodes(scene)
       call build_joints(scene, log)
       call build_contact(scene)
-      call init_loads(scene%split, deck%boundary, scene%loads)
+      call init_loads(scene%split, deck%boundary, scene%loads, every_time=.not. deck%plan%skip_loads)
       call init_state(scene%mass, size(scene%split%joint, 2), state)
       call start_moving(scene, state)
    end subroutine build_scene
@@ -131,6 +132,7 @@ contains
       associate (settings => scene%deck%explicit)
          ! Damping belongs to motion
          if (scene%solver /= solver_explicit) return
+         if (.not. scene%deck%plan%skip_viscosity) call set_viscosity(scene%solid, 0.0_wp)
          if (settings%damping == 'viscous') call set_viscosity(scene%solid, settings%damping_factor)
          if (settings%damping == 'local') scene%local_damping = settings%damping_factor
       end associate
@@ -152,7 +154,8 @@ contains
       end do
       allocate (scene%rock_stiffness(nodes), scene%rock_damping(nodes), source=0.0_wp)
       call solid_stiffness_bound(scene%solid, scene%rock_stiffness)
-      if (scene%solver == solver_explicit .and. scene%deck%explicit%damping == 'viscous') then
+      if (scene%solver == solver_explicit .and. &
+          (scene%deck%explicit%damping == 'viscous' .or. .not. scene%deck%plan%skip_viscosity)) then
          call solid_damping_bound(scene%solid, scene%rock_damping)
          allocate (scene%damping_force(2, nodes), source=0.0_wp)
       else
@@ -217,6 +220,8 @@ contains
          if (.not. settings%active) return
          options%skin_factor = settings%skin_factor
          options%tangential_factor = settings%tangential_factor
+         options%everywhere = .not. scene%deck%plan%skip_contact
+         options%every_time = .not. scene%deck%plan%skip_search
          options%friction = merge(friction_velocity, friction_slider, settings%friction == 'velocity')
          allocate (penalty(size(scene%split%triangle, 2)))
          do e = 1, size(penalty)
@@ -224,7 +229,7 @@ contains
          end do
          walked = surfaces_walked(scene%walls, scene%split)
          call scene%contact%init(scene%exposed, penalty, walked(scene%exposed_edge), options, held_together(scene))
-         scene%has_contact = scene%contact%possible .or. settings%search == 'always'
+         scene%has_contact = scene%contact%possible
          if (allocated(scene%friction)) deallocate (scene%friction)
          allocate (scene%friction(size(scene%exposed_edge)), source=tan(settings%friction_angle*radians))
          do e = 1, size(scene%friction)
@@ -299,7 +304,7 @@ contains
       do e = 1, size(scene%exposed%surface, 2)
          on_surface(scene%exposed%surface(:, e)) = .true.
       end do
-      touches = on_surface
+      touches = on_surface .or. .not. scene%deck%plan%skip_nodes
       do e = 1, size(scene%split%triangle, 2)
          if (any(on_surface(scene%split%triangle(:, e)))) touches(scene%split%triangle(:, e)) = .true.
       end do
@@ -470,5 +475,16 @@ contains
 
       longest_rest = self%deck%stage(stage)%max_rest_time
    end function longest_rest
+
+   !> Unbalanced force ratio at which solvers that know rest alone call it rest: their own tolerance, or what the stage asks for
+   !> if that is less.
+   pure real(wp) function rest_tolerance(self) result(tolerance)
+      class(scene_t), intent(in) :: self
+
+      tolerance = self%deck%implicit%tolerance
+      if (self%solver == solver_relaxation) tolerance = self%deck%relaxation%tolerance
+      if (self%stage == 0) return
+      if (self%until_balanced(self%stage)) tolerance = min(tolerance, self%deck%stage(self%stage)%equilibrium)
+   end function rest_tolerance
 
 end module scene_m

@@ -1,6 +1,6 @@
 !> Bodies that nothing holds: without supports their equilibrium is not unique, and an implicit solver has no answer.
 !>
-!> A body is rock joined by triangles; bodies that share a joint in wall contact lean on each other and form an assembly. An
+!> A body is rock joined by triangles; bodies that share a joint lean on each other or are bonded, and form an assembly. An
 !> assembly is held when the prescribed displacement components of its nodes exclude both translations and the rotation.
 module support_m
    use kinds_m, only: wp
@@ -20,7 +20,7 @@ contains
    subroutine find_loose(x, triangle, joint, fixed, node)
       !> Coordinates (2, nodes) [m]
       real(wp), intent(in) :: x(:, :)
-      !> Corner nodes (3, triangles); nodes of the joints in wall contact (4, joints)
+      !> Corner nodes (3, triangles); nodes of the joints (4, joints)
       integer, intent(in) :: triangle(:, :), joint(:, :)
       !> Prescribed components (2, nodes)
       logical, intent(in) :: fixed(:, :)
@@ -41,7 +41,7 @@ contains
    pure integer function assemblies(nodes, triangle, joint)
       !> Number of nodes
       integer, intent(in) :: nodes
-      !> Corner nodes (3, triangles); nodes of the joints in wall contact (4, joints)
+      !> Corner nodes (3, triangles); nodes of the joints (4, joints)
       integer, intent(in) :: triangle(:, :), joint(:, :)
       integer :: of_node(nodes), n
       logical :: meshed(nodes)
