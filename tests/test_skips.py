@@ -88,7 +88,7 @@ SCENES = {
         1e-7,  # it rests at a ratio of 1e-9
     ),
     "closure": Scene(
-        "input/closure/closure_6cm_implicit.nml",
+        "input/closure/closure_6cm.nml",
         BOX,
         ["--length", "0.06", "--size", "0.004", "--out", "closure_6cm.msh"],
         {"explicit": CLOSE.format(REST), "relaxation": CLOSE.format(""), "implicit": CLOSE.format("")},

@@ -3,8 +3,9 @@
 
     python3 run_series.py velocity size both length closure --results DIR
 
-Each run is a copy of a deck of this folder with a few values changed; decks, meshes and results go to DIR, the
-figures and the table of errors (errors.csv) beside them. Runs that are there already are kept (--again repeats them).
+Each run is a copy of an explicit deck (shear_6cm_explicit.nml, closure_6cm_explicit.nml) with a few values changed; decks,
+meshes and results go to DIR, the figures and the table of errors (errors.csv) beside them. Runs that are there already
+are kept (--again repeats them).
 
   velocity  Fig 4a: 6 cm, elements of 1 mm, driven at 160, 80, 40, 20 and 10 mm/s (--paper: 5 to 1 mm/s as well)
   size      Fig 4b: 6 cm, elements of 3, 1.5, 1.25 and 1 mm along the joint
@@ -63,8 +64,10 @@ def run(deck, mesh_arguments, name, folder, again):
 
 
 def shear_deck(length_cm, velocity_mm_s=20.0):
-    """The deck of a length, driven at another velocity over the same travel a cycle."""
-    deck = (HERE / f"shear_{length_cm}cm.nml").read_text()
+    """The explicit deck for a joint length and the load that goes with it, driven at a velocity over the same travel a cycle."""
+    deck = (HERE / "shear_6cm_explicit.nml").read_text()
+    load = re.search(r"\bty *= *([^ ,/]+)", (HERE / f"shear_{length_cm}cm.nml").read_text())[1]
+    deck = change(deck, "boundary group = 'top'", ty=load)
     velocity = velocity_mm_s / 1000
     deck = change(deck, r"boundary group = 'upper_box', stage = 'shear'", vx=f"{velocity:g}")
     return change(deck, r"stage name = 'shear'", move_time=f"{TRAVEL_PER_CYCLE / velocity:g}")
@@ -128,7 +131,7 @@ def length_series(folder, again, _):
 
 def closure_series(folder, again, _):
     """Fig 6."""
-    deck = (HERE.parent / "closure" / "closure_6cm.nml").read_text()
+    deck = (HERE.parent / "closure" / "closure_6cm_explicit.nml").read_text()
     results = run(deck, ["--length", "0.06", "--size", "0.001"], "closure6cm", folder, again)
     return [draw("plot_closure.py", "fig6_closure", [results], ["6 cm"], folder)]
 

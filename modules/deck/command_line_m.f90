@@ -133,7 +133,8 @@ contains
          'Paths in a deck are relative to the deck.'//line// &
          line// &
          'options:'//line// &
-         '  --check         read and check the input, report every error, and stop'//line// &
+         '  --check         read and check the input, report every error, say which solver would be taken and'//line// &
+         '                  why, what would be skipped, and stop'//line// &
          '  --output DIR    write the results to DIR instead of the directory named in the deck;'//line// &
          '                  DIR is relative to the working directory'//line// &
          '  --restart FILE  go on from a checkpoint of an earlier run of the same deck'//line// &

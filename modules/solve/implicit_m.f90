@@ -345,8 +345,8 @@ contains
              trim(scene%deck%stage(stage)%name)//''', most near x = '//to_text(scene%split%x(1, node))//', y = '// &
              to_text(scene%split%x(2, node))//': their contact would be '//to_text(100.0_wp*share)//' % of all forces'
       if (share > negligible) then
-         call errors%add(what//', which the implicit solver leaves out; use solver = ''explicit'', or &contact '// &
-                         'active = .false. if this does not matter')
+         call errors%add(what//', which the implicit solver leaves out; use solver = ''relaxation'' or ''explicit'', or '// &
+                         '&contact active = .false. if this does not matter')
       else if (.not. self%warned) then
          call log%warn(what//'; it is left out')
          self%warned = .true.

@@ -105,19 +105,19 @@ class Case:
 
 
 def explicit_shear(velocity):
-    """The shipped deck at another velocity [mm/s]."""
+    """The shipped explicit deck at another velocity [mm/s]."""
     return shear_deck(6, velocity)
 
 
 def implicit_shear(increment):
-    """The shipped implicit deck with increments [mm]."""
-    deck = (SHEAR / "shear_6cm_implicit.nml").read_text(encoding="utf-8")
+    """The shipped deck, by the implicit solver, with increments [mm]."""
+    deck = change((SHEAR / "shear_6cm.nml").read_text(encoding="utf-8"), "run", solver="'implicit'")
     time = increment / VELOCITY_MM_S
     return change(deck, "stage name = 'shear'", cycles=round(TRAVEL_MM / increment), move_time=f"{time:g}")
 
 
 def closure_deck(name, cycles, **stage):
-    deck = (CLOSURE / name).read_text(encoding="utf-8")
+    deck = (CLOSURE / name).read_text(encoding="utf-8").replace("solver = 'auto'", "solver = 'implicit'")
     return change(deck, "stage name = 'close'", cycles=cycles, **stage)
 
 
@@ -196,9 +196,9 @@ def cases(scenes, solvers, quick):
             if "closure" in scenes and (solver == "implicit" or size == sizes[0]):
                 for n in steps:
                     if solver == "explicit":
-                        deck = closure_deck("closure_6cm.nml", n)
+                        deck = closure_deck("closure_6cm_explicit.nml", n)
                     else:
-                        deck = with_solver(closure_deck("closure_6cm_implicit.nml", n), solver)
+                        deck = with_solver(closure_deck("closure_6cm.nml", n), solver)
                     found.append(Case("closure", solver, size, f"{n} steps", deck))
     return found + rock_cases(scenes, solvers, quick)
 

@@ -12,8 +12,8 @@ QUANTITIES = ("shear_stress_MPa", "normal_stress_MPa", "dilation_mm")
 def check(results):
     folder = Path(results).parent
     ours = Motion(results).history
-    changed_deck(folder, "shear_6cm_implicit.nml", "implicit.nml", CYCLES)
-    changed_deck(folder, "shear_6cm.nml", "explicit.nml", CYCLES)
+    changed_deck(folder, "shear_6cm.nml", "implicit.nml", CYCLES)
+    changed_deck(folder, "shear_6cm_explicit.nml", "explicit.nml", CYCLES)
     changed_deck(
         folder, "shear_relaxation.nml", "divided.nml", ("tolerance = 1e-6", "tolerance = 1e-6, substeps = 2")
     )
