@@ -1,8 +1,8 @@
 !> The cohesive joints of a scene: rock that may break, edge by edge, and what is known of the cracks in it.
 module bonds_m
    use kinds_m, only: wp
-   use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_law, strengthened, on_strength, overstress, start_point
-   use cohesive_m, only: cohesive_values, cohesive_from_values, point_values, point_from_values, cohesive_value_count, &
+   use cohesive_m, only: cohesive_t, cohesive_point_t, strengthened, on_strength, overstress, start_point, &
+                         cohesive_values, cohesive_from_values, point_values, point_from_values, cohesive_value_count, &
                          point_value_count
    use bond_m, only: bond_points, bond_weight, bond_forces, bond_stiffness_bound
    implicit none

@@ -377,7 +377,7 @@ contains
       character(len=:), allocatable :: tried, advice
 
       if (scene%can_break) then
-         tried = 'though the rock was followed for '//to_text(scene%deck%implicit%max_pseudo_steps)//' steps of pseudo-time'
+         tried = 'though the rock was followed in steps of pseudo-time'
          advice = 'what is left of it may not carry the load, or else try a larger &implicit max_pseudo_steps, more cycles, '// &
                   'or solver = ''explicit'' where fragments fly'
       else

@@ -11,7 +11,7 @@ module wall_tangent_m
    use wall_contact_m, only: wall_contact_t
    use joint_point_m, only: joint_point_t, joint_tangent_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
-   use joint_law_m, only: joint_law_t, joint_tangent, joint_normal_stiffness
+   use joint_law_m, only: joint_tangent, joint_normal_stiffness
    use joints_m, only: joints_t
    implicit none
    private
