@@ -1,15 +1,14 @@
 !> Contact of facing fracture walls: where each piece of an upper wall meets the other side now.
 !>
-!> One wall edge of every joint is projected on the surface opposite, starting from the edge it faced last and walking
+!> Both walls of every joint are projected on the surface opposite, starting from the edge they faced last and walking
 !> along that surface, so that sliding over any number of elements costs no search. Each overlap of a wall edge with one
 !> opposite edge gets two Gauss points; the pressure there is found by the joint's law, and the forces go to the four nodes
 !> by their shape functions. Overlaps are exact, so a constant pressure passes between walls whose nodes do not match.
 !> The walls continue straight across crossings of fractures and on to the outer boundary.
 !>
-!> Which wall walks is one choice for each chain of joints: the upper wall A'B', or the lower wall BA where the upper wall
-!> has more free surface straight ahead than the lower one, so that what slides off its partner is the wall that walks and
-!> what is walked on is the longer side. A wall has its rock on its left: turned by half a turn, a lower wall is an upper
-!> wall, and pressure, shear stress and slip keep their signs.
+!> What two walls cover of each other is seen from both, and each has half of it: the contact does not know an upper wall
+!> from a lower one. Where a wall faces a surface that is none, the wall has all of it. A wall has its rock on its left:
+!> turned by half a turn, a lower wall is an upper wall, and pressure, shear stress and slip keep their signs.
 module wall_contact_m
    use kinds_m, only: wp
    use mesh_m, only: split_mesh_t
@@ -20,6 +19,12 @@ module wall_contact_m
    real(wp), parameter :: gauss(2) = [0.5_wp - sqrt(1.0_wp/12.0_wp), 0.5_wp + sqrt(1.0_wp/12.0_wp)]
    !> Surfaces face each other when their normals are within 60 degrees of opposite; they continue each other within 60
    real(wp), parameter :: facing_cosine = 0.5_wp
+   !> Up to 45 degrees from opposite they press on each other in full, then less and less
+   real(wp), parameter :: full_cosine = sqrt(0.5_wp)
+   !> Directions closer than this are the same
+   real(wp), parameter :: same_direction = 1.0e-9_wp
+   !> Part that each of two walls has of what they cover of each other
+   real(wp), parameter :: half = 0.5_wp
    !> Overlaps shorter than this part of the edge carry nothing worth a division
    real(wp), parameter :: least_overlap = 1.0e-9_wp
    !> Walls that have passed through each other by more than this part of an edge are not in contact but lost
@@ -31,23 +36,24 @@ module wall_contact_m
    !> Longest walk along the opposite surface in one step (edges)
    integer, parameter :: longest_walk = 64
 
-   !> The walls that walk, the surface they walk on, and the integration points found last
+   !> The walls, the surface they walk on, and the integration points found last
    type, public :: wall_contact_t
-      !> Joint of each wall edge (walls), its nodes A', B' or B, A (2, walls), surface edge faced last (walls)
+      !> Joint of each wall edge (walls), the upper wall of a joint directly before the lower one; its nodes A', B' or
+      !> B, A (2, walls), surface edge faced last (walls)
       integer, allocatable :: joint(:), node(:, :), facing(:)
-      !> +1: the upper wall walks, -1: the lower one (walls)
-      integer, allocatable :: side(:)
       !> Surface edges (2, edges), rock on their left; the edges that go on straight from their start and end (0: none)
       integer, allocatable :: surface(:, :), before(:), after(:)
+      !> Joint whose wall a surface edge is (edges); 0: none
+      integer, allocatable :: wall_of(:)
       !> Has a wall come to face another edge since the stable step was last looked at?
       logical :: moved_on = .false.
       !> Current length of each wall edge (walls) [m]; its tangent, i of an upper wall, -i of a lower one (2, walls)
       real(wp), allocatable :: length(:), tangent(:, :)
       !> Overlap over its length beyond which a wall edge is not in contact (walls)
       real(wp), allocatable :: deepest(:)
-      !> Integration points: number, wall edge, four nodes (A', B', p, q)
+      !> Integration points: number, wall edge, joint whose wall it faces (0: none), four nodes (A', B', p, q)
       integer :: points = 0
-      integer, allocatable :: wall(:), point_node(:, :)
+      integer, allocatable :: wall(:), faced_joint(:), point_node(:, :)
       !> Shape functions at the four nodes (4, points), weight [m], gap along the normal [m], negative when overlapping
       real(wp), allocatable :: shape(:, :), weight(:), gap(:)
       !> Part of the wall edge each point stands for, from and to (2, points); nodes of the blocks beside that share it at
@@ -56,8 +62,8 @@ module wall_contact_m
       integer, allocatable :: beside(:, :)
    end type wall_contact_t
 
-   public :: init_wall_contact, keep_facing, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
-             surfaces_walked
+   public :: init_wall_contact, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, surfaces_walked, &
+             walls_touching, points_of_joints, facing_part, facing_part_slope
 
 contains
 
@@ -71,98 +77,49 @@ contains
       logical, intent(in), optional :: bonded(:)
       !> Surface edge of the lower and upper wall of each joint (joints)
       integer, allocatable :: edge_of(:, :)
-      logical :: whole(size(handled)), touching(size(handled))
-      integer :: j, e, n, w
+      integer, allocatable :: joint(:)
+      logical :: whole(size(handled))
+      integer :: j, e, w
 
       whole = .false.
       if (present(bonded)) whole = bonded
-      touching = handled .and. .not. whole
-      n = count(touching)
-      walls%joint = pack([(j, j=1, size(handled))], touching)
+      joint = pack([(j, j=1, size(handled))], walls_touching(handled, whole))
+      walls%joint = [(joint((w + 1)/2), w=1, 2*size(joint))]
       walls%deepest = merge(deepest, deepest_crack, split%joint_group(walls%joint) > 0)
       walls%surface = split%surface
-      allocate (walls%length(n), walls%tangent(2, n), source=0.0_wp)
+      allocate (walls%length(size(walls%joint)), walls%tangent(2, size(walls%joint)), source=0.0_wp)
       allocate (edge_of(2, size(handled)), source=0)
       do e = 1, size(split%surface, 2)
          if (split%surface_joint(e) == 0) cycle
-         edge_of(merge(1, 2, split%surface_side(e) < 0), split%surface_joint(e)) = e
+         edge_of(merge(1, 2, split%surface_side(e) > 0), split%surface_joint(e)) = e
       end do
       call continue_straight(split, whole, walls%before, walls%after)
-      call choose_sides(walls, split, touching, edge_of)
-      allocate (walls%node(2, n), walls%facing(n))
-      do w = 1, n
-         associate (edges => edge_of(:, walls%joint(w)))
-            walls%node(:, w) = split%surface(:, merge(edges(2), edges(1), walls%side(w) > 0))
-            walls%facing(w) = merge(edges(1), edges(2), walls%side(w) > 0)
+      allocate (walls%node(2, size(walls%joint)), walls%facing(size(walls%joint)))
+      allocate (walls%wall_of(size(split%surface, 2)), source=0)
+      do w = 1, size(walls%joint)
+         associate (own => edge_of(merge(1, 2, is_upper(w)), walls%joint(w)))
+            walls%node(:, w) = split%surface(:, own)
+            walls%facing(w) = edge_of(merge(2, 1, is_upper(w)), walls%joint(w))
+            walls%wall_of(own) = walls%joint(w)
          end associate
       end do
-      call grow(walls, 4*n + 8)
+      call grow(walls, 4*size(walls%joint) + 8)
    end subroutine init_wall_contact
 
-   !> Let the wall edge of a joint go on as it did: the same of its two walls walks, from the edge it faced last.
-   pure subroutine keep_facing(walls, split, w, facing, side)
-      type(wall_contact_t), intent(inout) :: walls
-      type(split_mesh_t), intent(in) :: split
-      !> Wall edge, surface edge it faced, and side that walks: +1 upper, -1 lower
-      integer, intent(in) :: w, facing, side
+   !> Joints whose walls are in wall contact and not held by a bond (joints).
+   pure function walls_touching(handled, bonded) result(touching)
+      logical, intent(in) :: handled(:), bonded(:)
+      logical :: touching(size(handled))
 
-      walls%facing(w) = facing
-      walls%side(w) = side
-      walls%node(:, w) = merge(split%joint(3:4, walls%joint(w)), split%joint([2, 1], walls%joint(w)), side > 0)
-   end subroutine keep_facing
+      touching = handled .and. .not. bonded
+   end function walls_touching
 
-   !> Choose for each chain of joints which wall walks: the upper one, unless it has the more free surface ahead.
-   subroutine choose_sides(walls, split, handled, edge_of)
-      type(wall_contact_t), intent(inout) :: walls
-      type(split_mesh_t), intent(in) :: split
-      !> Joints whose walls are in wall contact (joints)
-      logical, intent(in) :: handled(:)
-      !> Surface edge of the lower and upper wall of each joint (2, joints)
-      integer, intent(in) :: edge_of(:, :)
-      !> A joint of the same chain, at last the one that stands for it (joints)
-      integer, allocatable :: chain(:)
-      !> Length of the free surface ahead of the lower and upper walls of each chain (2, joints) [m]
-      real(wp), allocatable :: ahead(:, :)
-      integer :: j, k, next, standing
+   !> Is a wall edge the upper wall of its joint?
+   pure logical function is_upper(w)
+      integer, intent(in) :: w
 
-      allocate (chain(size(handled)))
-      chain = [(j, j=1, size(handled))]
-      do j = 1, size(handled)
-         if (.not. handled(j)) cycle
-         do k = 1, 2
-            next = walls%after(edge_of(k, j))
-            if (next == 0) cycle
-            next = split%surface_joint(next)
-            if (next == 0) cycle
-            if (handled(next)) chain(max(root(chain, j), root(chain, next))) = min(root(chain, j), root(chain, next))
-         end do
-      end do
-      allocate (ahead(2, size(handled)), source=0.0_wp)
-      do j = 1, size(handled)
-         if (.not. handled(j)) cycle
-         standing = root(chain, j)
-         do k = 1, 2
-            ahead(k, standing) = ahead(k, standing) + length_of(split, free_run(walls%before, split, edge_of(k, j))) &
-                                 + length_of(split, free_run(walls%after, split, edge_of(k, j)))
-         end do
-      end do
-      allocate (walls%side(size(walls%joint)))
-      do k = 1, size(walls%joint)
-         standing = root(chain, walls%joint(k))
-         ! Equal but for rounding counts as equal
-         walls%side(k) = merge(-1, 1, ahead(2, standing) > (1.0_wp + least_overlap)*ahead(1, standing))
-      end do
-   end subroutine choose_sides
-
-   !> The joint that stands for a chain.
-   pure integer function root(chain, j)
-      integer, intent(in) :: chain(:), j
-
-      root = j
-      do while (chain(root) /= root)
-         root = chain(root)
-      end do
-   end function root
+      is_upper = mod(w, 2) == 1
+   end function is_upper
 
    !> Free surface edges that follow a wall edge in one direction, as long as they run on as the wall does.
    pure function free_run(neighbour, split, e) result(run)
@@ -184,64 +141,60 @@ contains
       end do
    end function free_run
 
-   !> Length of some surface edges before any motion [m].
-   pure real(wp) function length_of(split, edges) result(length)
-      type(split_mesh_t), intent(in) :: split
-      integer, intent(in) :: edges(:)
-      integer :: k
-
-      length = 0.0_wp
-      do k = 1, size(edges)
-         length = length + norm2(split%x(:, split%surface(2, edges(k))) - split%x(:, split%surface(1, edges(k))))
-      end do
-   end function length_of
-
-   !> For each surface edge find the edges that continue it most nearly straight, across crossings too.
+   !> Join surface edges that continue each other, across crossings of fractures too: at each node the two that do so most
+   !> nearly straight first, then of those left. Two that do so alike: the one that turns away from its own rock and towards
+   !> what slides there. Straightness alone counts, so that the answer does not know how a mesh is drawn: a corner of a
+   !> block that turns by less than 60 degrees is not taken for the wall where another block goes on straight.
    subroutine continue_straight(split, bonded, before, after)
       type(split_mesh_t), intent(in) :: split
       !> Joints whose walls nothing may walk on (joints)
       logical, intent(in) :: bonded(:)
       !> Edge that ends where this one starts, edge that starts where this one ends (edges); 0: none
       integer, allocatable, intent(out) :: before(:), after(:)
-      integer, allocatable :: first(:), starts(:)
-      integer :: e, other, k, end_node, n, best
-      real(wp) :: cosine, best_cosine
-      logical :: best_joined, joined
+      integer, allocatable :: start_first(:), starts(:), end_first(:), ends(:)
+      integer :: node, best(2)
 
-      n = size(split%surface, 2)
-      allocate (before(n), after(n))
-      before = 0
-      after = 0
-      call edges_by_start(split, first, starts)
-      do e = 1, n
-         if (held(e)) cycle
-         end_node = split%origin(split%surface(2, e))
-         best = 0
-         best_cosine = facing_cosine
-         best_joined = .false.
-         do k = first(end_node), first(end_node + 1) - 1
-            other = starts(k)
-            if (held(other)) cycle
-            cosine = dot_product(direction(split, e), direction(split, other))
-            if (cosine < facing_cosine) cycle
-            ! The surface of the same body goes before that of another block
-            joined = split%surface(1, other) == split%surface(2, e)
-            if (best_joined .and. .not. joined) cycle
-            if ((joined .and. .not. best_joined) .or. cosine > best_cosine) then
-               best = other
-               best_cosine = cosine
-               best_joined = joined
-            end if
+      allocate (before(size(split%surface, 2)), after(size(split%surface, 2)), source=0)
+      call edges_at_nodes(split, 1, start_first, starts)
+      call edges_at_nodes(split, 2, end_first, ends)
+      do node = 1, size(start_first) - 1
+         do
+            best = straightest(ends(end_first(node):end_first(node + 1) - 1), &
+                               starts(start_first(node):start_first(node + 1) - 1))
+            if (best(1) == 0) exit
+            after(best(1)) = best(2)
+            before(best(2)) = best(1)
          end do
-         after(e) = best
-      end do
-      do e = 1, n
-         if (after(e) > 0) then
-            if (before(after(e)) == 0 .or. split%surface(2, e) == split%surface(1, after(e))) before(after(e)) = e
-         end if
       end do
 
    contains
+
+      !> The two edges that meet most nearly straight among those that have no other; 0: none.
+      pure function straightest(ending, starting) result(best)
+         integer, intent(in) :: ending(:), starting(:)
+         integer :: best(2)
+         real(wp) :: cosine, best_cosine, turn, best_turn
+         integer :: i, k
+
+         best = 0
+         best_cosine = facing_cosine
+         best_turn = 0.0_wp
+         do i = 1, size(ending)
+            if (after(ending(i)) > 0 .or. held(ending(i))) cycle
+            do k = 1, size(starting)
+               if (before(starting(k)) > 0 .or. held(starting(k))) cycle
+               associate (along => direction(split, ending(i)), next => direction(split, starting(k)))
+                  cosine = dot_product(along, next)
+                  turn = along(1)*next(2) - along(2)*next(1)
+               end associate
+               if (cosine < best_cosine - same_direction) cycle
+               if (cosine <= best_cosine + same_direction .and. turn >= best_turn .and. best(1) > 0) cycle
+               best = [ending(i), starting(k)]
+               best_cosine = cosine
+               best_turn = turn
+            end do
+         end do
+      end function straightest
 
       !> Is it the wall of a bond, on which nothing may walk, neither forwards nor backwards?
       pure logical function held(edge)
@@ -253,26 +206,20 @@ contains
 
    end subroutine continue_straight
 
-   !> Surface edges whose contact belongs to the walls: the walls themselves, and the free surface straight ahead of the
-   !> side that is walked on. Their fracture group; 0 for all others (surface edges).
+   !> Surface edges whose contact belongs to the walls: the walls themselves, and the free surface straight ahead of them.
+   !> Their fracture group; 0 for all others (surface edges).
    function surfaces_walked(walls, split) result(group)
       type(wall_contact_t), intent(in) :: walls
       type(split_mesh_t), intent(in) :: split
       integer, allocatable :: group(:)
-      !> Side of each joint that walks, 0 without wall contact (joints)
-      integer, allocatable :: walking(:)
       integer :: e
 
       allocate (group(size(split%surface, 2)), source=0)
-      allocate (walking(size(split%joint, 2)), source=0)
-      walking(walls%joint) = walls%side
       do e = 1, size(group)
-         if (split%surface_joint(e) == 0) cycle
-         if (walking(split%surface_joint(e)) /= 0) group(e) = split%joint_group(split%surface_joint(e))
+         if (walls%wall_of(e) > 0) group(e) = split%joint_group(walls%wall_of(e))
       end do
       do e = 1, size(group)
-         if (split%surface_joint(e) == 0) cycle
-         if (walking(split%surface_joint(e)) /= -split%surface_side(e)) cycle
+         if (walls%wall_of(e) == 0) cycle
          call mark(free_run(walls%before, split, e))
          call mark(free_run(walls%after, split, e))
       end do
@@ -288,18 +235,20 @@ contains
 
    end function surfaces_walked
 
-   !> Surface edges sorted by the original node they start from (compressed rows).
-   subroutine edges_by_start(split, first, starts)
+   !> Surface edges sorted by the original node at one of their ends (compressed rows).
+   subroutine edges_at_nodes(split, which, first, edge)
       type(split_mesh_t), intent(in) :: split
-      !> Edges starting from original node i: starts(first(i):first(i+1)-1)
-      integer, allocatable, intent(out) :: first(:), starts(:)
+      !> 1: by their start, 2: by their end
+      integer, intent(in) :: which
+      !> Edges at original node i: edge(first(i):first(i+1)-1)
+      integer, allocatable, intent(out) :: first(:), edge(:)
       integer, allocatable :: next(:)
       integer :: e, node
 
-      allocate (first(maxval(split%origin) + 1), starts(size(split%surface, 2)))
+      allocate (first(maxval(split%origin) + 1), edge(size(split%surface, 2)))
       first = 0
       do e = 1, size(split%surface, 2)
-         node = split%origin(split%surface(1, e))
+         node = split%origin(split%surface(which, e))
          first(node + 1) = first(node + 1) + 1
       end do
       first(1) = 1
@@ -308,11 +257,11 @@ contains
       end do
       next = first
       do e = 1, size(split%surface, 2)
-         node = split%origin(split%surface(1, e))
-         starts(next(node)) = e
+         node = split%origin(split%surface(which, e))
+         edge(next(node)) = e
          next(node) = next(node) + 1
       end do
-   end subroutine edges_by_start
+   end subroutine edges_at_nodes
 
    !> Unit vector along a surface edge before any motion.
    pure function direction(split, e)
@@ -468,7 +417,7 @@ contains
       real(wp), intent(in) :: part(2)
       !> Nodes of the blocks beside that share it, 0: none
       integer, intent(in) :: beside(2)
-      real(wp) :: p(2), q(2), low, high, xi, eta, gap
+      real(wp) :: p(2), q(2), low, high, xi, eta, gap, share
       integer :: g, k, nodes(4)
 
       low = max(0.0_wp, part(1))
@@ -477,6 +426,8 @@ contains
       nodes = [walls%node(:, w), walls%surface(:, e)]
       p = x(:, nodes(3)) + u(:, nodes(3))
       q = x(:, nodes(4)) + u(:, nodes(4))
+      share = facing_part((to - from)*length/sqrt(sum((q - p)**2)))
+      if (walls%wall_of(e) > 0) share = half*share
       if (walls%points + 2 > size(walls%wall)) call grow(walls, 2*size(walls%wall))
       do g = 1, 2
          xi = low + (high - low)*gauss(g)
@@ -487,14 +438,34 @@ contains
          k = walls%points + 1
          walls%points = k
          walls%wall(k) = w
+         walls%faced_joint(k) = walls%wall_of(e)
          walls%point_node(:, k) = nodes
          walls%shape(:, k) = [1.0_wp - xi, xi, 1.0_wp - eta, eta]
-         walls%weight(k) = 0.5_wp*(high - low)*length*held_part(-gap/(walls%deepest(w)*length))
+         walls%weight(k) = 0.5_wp*(high - low)*length*share*held_part(-gap/(walls%deepest(w)*length))
          walls%gap(k) = gap
          walls%part(:, k) = part
          walls%beside(:, k) = beside
       end do
    end subroutine add_points
+
+   !> Part of the pressure between two surfaces at an angle, from the cosine of the angle that one must be turned by to be
+   !> exactly opposite: all up to 45 degrees, then smoothly less, none from 60 degrees on.
+   pure real(wp) function facing_part(cosine)
+      real(wp), intent(in) :: cosine
+      real(wp) :: place
+
+      place = min(1.0_wp, max(0.0_wp, (cosine - facing_cosine)/(full_cosine - facing_cosine)))
+      facing_part = place**2*(3.0_wp - 2.0_wp*place)
+   end function facing_part
+
+   !> Its derivative by the cosine.
+   pure real(wp) function facing_part_slope(cosine) result(slope)
+      real(wp), intent(in) :: cosine
+      real(wp) :: place
+
+      place = min(1.0_wp, max(0.0_wp, (cosine - facing_cosine)/(full_cosine - facing_cosine)))
+      slope = 6.0_wp*place*(1.0_wp - place)/(full_cosine - facing_cosine)
+   end function facing_part_slope
 
    !> Part of an overlap that is still in contact, at a depth over the deepest: all of it up to lets_go, then smoothly none.
    pure real(wp) function held_part(depth)
@@ -509,13 +480,14 @@ contains
    subroutine grow(walls, n)
       type(wall_contact_t), intent(inout) :: walls
       integer, intent(in) :: n
-      integer, allocatable :: wall(:), point_node(:, :), beside(:, :)
+      integer, allocatable :: wall(:), faced_joint(:), point_node(:, :), beside(:, :)
       real(wp), allocatable :: shape(:, :), weight(:), gap(:), part(:, :)
 
-      allocate (wall(n), point_node(4, n), shape(4, n), weight(n), gap(n), part(2, n), beside(2, n))
+      allocate (wall(n), faced_joint(n), point_node(4, n), shape(4, n), weight(n), gap(n), part(2, n), beside(2, n))
       associate (k => walls%points)
          if (k > 0) then
             wall(:k) = walls%wall(:k)
+            faced_joint(:k) = walls%faced_joint(:k)
             point_node(:, :k) = walls%point_node(:, :k)
             shape(:, :k) = walls%shape(:, :k)
             weight(:k) = walls%weight(:k)
@@ -525,6 +497,7 @@ contains
          end if
       end associate
       call move_alloc(wall, walls%wall)
+      call move_alloc(faced_joint, walls%faced_joint)
       call move_alloc(point_node, walls%point_node)
       call move_alloc(shape, walls%shape)
       call move_alloc(weight, walls%weight)
@@ -532,6 +505,23 @@ contains
       call move_alloc(part, walls%part)
       call move_alloc(beside, walls%beside)
    end subroutine grow
+
+   !> First integration point of the walls of every joint: those of the i-th are first(i) to first(i + 1) - 1 (joints + 1).
+   pure subroutine points_of_joints(walls, first)
+      type(wall_contact_t), intent(in) :: walls
+      integer, intent(out) :: first(:)
+      integer :: i, k
+
+      k = 1
+      do i = 1, size(first) - 1
+         first(i) = k
+         do while (k <= walls%points)
+            if (walls%wall(k) > 2*i) exit
+            k = k + 1
+         end do
+      end do
+      first(size(first)) = k
+   end subroutine points_of_joints
 
    !> Add the forces of given tractions at the integration points to the nodes of both walls (eqs 2, 4 in wall form).
    pure subroutine add_wall_forces(walls, pressure, shear, normal_force, friction_force)
@@ -559,7 +549,8 @@ contains
    end subroutine add_wall_forces
 
    !> Add the row sums of the walls' stiffness to the nodal bounds (see solid_m). Edges count in full, and the next ones
-   !> with them, so that the bound holds until a wall faces another edge.
+   !> with them, so that the bound holds until a wall faces another edge. A wall with nothing but walls ahead has half of
+   !> its contact; the other half is that of what it faces.
    subroutine wall_stiffness_bound(walls, x, stiffness, bound)
       type(wall_contact_t), intent(inout) :: walls
       !> Reference coordinates (2, nodes) [m]
@@ -570,18 +561,20 @@ contains
       real(wp), intent(inout) :: bound(:)
       !> Sum of the absolute shape functions of both walls, times the half of an edge that each of its nodes has
       real(wp), parameter :: share = 2.0_wp*0.5_wp
-      real(wp) :: against(size(walls%surface, 2))
+      real(wp) :: against(size(walls%surface, 2)), own
       integer :: w, e
+      integer, allocatable :: faced(:)
 
       walls%moved_on = .false.
       against = 0.0_wp
       do w = 1, size(walls%joint)
          e = walls%facing(w)
          if (e == 0) cycle
-         call add_edge(walls%node(:, w), stiffness(w))
-         against(e) = max(against(e), stiffness(w))
-         call raise(walls%before)
-         call raise(walls%after)
+         faced = [e, within_reach(walls%before), within_reach(walls%after)]
+         own = stiffness(w)
+         if (all(walls%wall_of(faced) > 0)) own = half*own
+         call add_edge(walls%node(:, w), own)
+         against(faced) = max(against(faced), own)
       end do
       do e = 1, size(against)
          if (against(e) > 0.0_wp) call add_edge(walls%surface(:, e), against(e))
@@ -589,22 +582,24 @@ contains
 
    contains
 
-      !> Raise the stiffness against the edges that follow edge e within the reach of wall w, and one more.
-      subroutine raise(neighbour)
+      !> The edges that follow edge e within the length of wall w, and one more.
+      function within_reach(neighbour) result(list)
          integer, intent(in) :: neighbour(:)
+         integer, allocatable :: list(:)
          integer :: next
          real(wp) :: left
 
+         allocate (list(0))
          next = e
          left = norm2(x(:, walls%node(2, w)) - x(:, walls%node(1, w)))
          do
             next = neighbour(next)
-            if (next == 0) return
-            against(next) = max(against(next), stiffness(w))
+            if (next == 0 .or. next == e) return
+            list = [list, next]
             left = left - norm2(x(:, walls%surface(2, next)) - x(:, walls%surface(1, next)))
-            if (left < 0.0_wp .or. next == e) return
+            if (left < 0.0_wp) return
          end do
-      end subroutine raise
+      end function within_reach
 
       !> Add an edge's stiffness to its nodes.
       subroutine add_edge(node, k)

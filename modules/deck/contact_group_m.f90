@@ -27,6 +27,8 @@ module contact_group_m
       real(wp) :: skin_factor = 0.2_wp
       !> Tangential over normal contact stiffness [-]
       real(wp) :: tangential_factor = 1.0_wp
+      !> Stiffness of blocks against each other at the corners of crossings over Young's modulus; 0: corners pass [-]
+      real(wp) :: corner_factor = 10.0_wp
    end type contact_t
 
    type(variable_t), parameter :: variables(*) = [ &
@@ -34,7 +36,8 @@ module contact_group_m
                                   variable_t('friction_angle', a_number), &
                                   variable_t('friction', an_option), &
                                   variable_t('skin_factor', a_number), &
-                                  variable_t('tangential_factor', a_number)]
+                                  variable_t('tangential_factor', a_number), &
+                                  variable_t('corner_factor', a_number)]
    character(len=*), parameter :: frictions(*) = ['slider  ', 'velocity']
 
 contains
@@ -68,6 +71,7 @@ contains
       call check_range(errors, slice, 'friction_angle', contact%friction_angle, least=0.0_wp, below=right_angle)
       call check_range(errors, slice, 'skin_factor', contact%skin_factor, above=0.0_wp, most=1.0_wp)
       call check_range(errors, slice, 'tangential_factor', contact%tangential_factor, above=0.0_wp, most=10.0_wp)
+      call check_range(errors, slice, 'corner_factor', contact%corner_factor, least=0.0_wp, most=1000.0_wp)
    end subroutine check_contact
 
    !> Write the effective group, every variable.
@@ -81,6 +85,7 @@ contains
       call put(unit, 'friction', contact%friction)
       call put(unit, 'skin_factor', contact%skin_factor)
       call put(unit, 'tangential_factor', contact%tangential_factor)
+      call put(unit, 'corner_factor', contact%corner_factor)
       call end_group(unit)
    end subroutine write_contact
 

@@ -62,7 +62,7 @@ contains
       character(len=:), allocatable :: pushed
 
       if (scene%has_walls) then
-         call log%say('walls     '//to_text(size(scene%walls%joint))//' joint elements in wall contact, followed along the '// &
+         call log%say('walls     '//to_text(size(scene%walls%joint)/2)//' joint elements in wall contact, followed along the '// &
                       'walls: no search')
       else
          call log%say('walls     none in wall contact')

@@ -10,6 +10,7 @@ module run_checkpoint_m
    use recut_m, only: recut, restore_walls
    use scene_m, only: scene_t
    use state_m, only: state_t
+   use wall_contact_m, only: walls_touching
    implicit none
    private
 
@@ -231,7 +232,7 @@ contains
       type(scene_t), intent(in) :: scene
 
       call file%save('facing', scene%walls%facing)
-      call file%save('side', scene%walls%side)
+      call file%save('corners', scene%corners%held)
       if (scene%has_contact) call file%save('contact', scene%contact%save_state())
    end subroutine save_contact
 
@@ -240,16 +241,15 @@ contains
       character(len=*), intent(in) :: path
       type(scene_t), intent(inout) :: scene
       type(error_list_t), intent(inout) :: errors
-      integer, allocatable :: facing(:), side(:)
+      integer, allocatable :: facing(:)
       real(wp), allocatable :: contact(:)
-      integer :: walls
 
-      walls = count(scene%joints%wall_handled .and. .not. scene%joints%bonded)
-      allocate (facing(walls), side(walls))
+      allocate (facing(2*count(walls_touching(scene%joints%wall_handled, scene%joints%bonded))))
       call file%load('facing', facing, errors)
-      call file%load('side', side, errors)
       if (errors%any()) return
-      call restore_walls(scene, facing, side)
+      call restore_walls(scene, facing)
+      call file%load('corners', scene%corners%held, errors)
+      if (errors%any()) return
       if (.not. scene%has_contact) return
       call file%load('contact', contact, errors)
       if (errors%any()) return

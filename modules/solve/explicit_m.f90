@@ -10,6 +10,7 @@ module explicit_m
    use solid_m, only: solid_forces, viscous_forces, strain_energy
    use stable_step_m, only: stable_step
    use wall_contact_m, only: find_overlaps, add_wall_forces
+   use corners_m, only: add_corner_forces, decide_corners
    use contact_m, only: contact_energy_t
    use joints_m, only: couple_walls, couple_potential, have_stiffened
    use loads_m, only: nodal_loads, smooth_ramp
@@ -24,6 +25,8 @@ module explicit_m
 
    !> Steps between two looks at equilibrium and at the clock
    integer, parameter :: steps_between_looks = 100
+   !> Unbalanced force ratio below which the rock is calm enough to see which corners hold
+   real(wp), parameter :: calm = 0.05_wp
    !> Kinetic energy that only an unstable motion has [J per m]; its square is still a number
    real(wp), parameter :: absurd_energy = 1.0e100_wp
 
@@ -94,7 +97,7 @@ contains
       type(error_list_t), intent(inout) :: errors
       real(wp) :: elapsed, dt, fraction, level, motion, part
       integer(i8) :: steps_left
-      integer :: since_look
+      integer :: since_look, choices
       logical :: searched, changed
 
       if (duration <= 0.0_wp) return
@@ -124,12 +127,17 @@ contains
          end if
          ! After the last step there is nothing left to divide
          if (steps_left > 0_i8 .and. &
-             (searched .or. changed .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint) .or. &
+             (searched .or. changed .or. scene%walls%moved_on .or. have_stiffened(scene%joints) .or. &
               .not. scene%deck%plan%skip_step)) call fit_step()
          since_look = since_look + 1
          if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
          since_look = 0
          call progress%tick(log, fraction_done(scene, stage, cycle, moving, elapsed/duration))
+         if (size(scene%corners%stiffness) > 0) then
+            choices = 0
+            if (steps_left == 0_i8 .or. unbalanced_ratio(scene%loads, state) <= calm) &
+               call decide_corners(scene%corners, state%u, choices, changed)
+         end if
          if (.not. moving .and. scene%until_balanced(stage)) then
             if (unbalanced_ratio(scene%loads, state) <= scene%deck%stage(stage)%equilibrium) return
          end if
@@ -251,6 +259,7 @@ contains
          call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
                            state%opening, state%aperture)
          call add_wall_forces(scene%walls, scene%joints%pressure, scene%joints%shear, state%normal, state%friction)
+         call add_corner_forces(scene%corners, state%u, state%normal)
       end if
       if (scene%has_contact) call find_contact_forces(scene, state, searched)
    end subroutine find_forces

@@ -13,7 +13,7 @@ module joints_m
                           joint_shear_stiffness
    use jcm_m, only: aperture
    use solid_m, only: solid_t, solid_stress
-   use wall_contact_m, only: wall_contact_t, wall_slip_rate
+   use wall_contact_m, only: wall_contact_t, points_of_joints, wall_slip_rate
    implicit none
    private
 
@@ -37,11 +37,12 @@ module joints_m
       logical, allocatable :: bonded(:)
       !> Larger of normal and shear stiffness when the stable step was last computed (joints) [MPa/mm]
       real(wp), allocatable :: stiffness_then(:)
-      !> Pressure and shear stress at the walls' integration points [Pa]; contact pressure of each joint (joints) [MPa]
-      real(wp), allocatable :: pressure(:), shear(:), contact_stress(:)
+      !> Pressure and shear stress at the walls' integration points [Pa]; mean and largest contact pressure of each joint
+      !> (joints) [MPa]
+      real(wp), allocatable :: pressure(:), shear(:), contact_stress(:), largest_stress(:)
    end type joints_t
 
-   public :: init_joints, couple_walls, couple_potential, joint_stiffness, have_stiffened
+   public :: init_joints, couple_walls, couple_potential, joint_stiffness, have_stiffened, wall_overlap, softer_joint
 
    !> The stable step has to be computed again when a joint has become this much stiffer
    real(wp), parameter :: stiffer = 1.1_wp
@@ -59,7 +60,7 @@ contains
       joints%triangle = split%joint_triangle
       allocate (joints%group(n), source=0)
       allocate (joints%law(n))
-      allocate (joints%penalty(n), joints%contact_stress(n), joints%stiffness_then(n), source=0.0_wp)
+      allocate (joints%penalty(n), joints%contact_stress(n), joints%largest_stress(n), joints%stiffness_then(n), source=0.0_wp)
       allocate (joints%coupled(n), joints%velocity_friction(n), joints%stress_from_walls(n), source=.false.)
       allocate (joints%wall_handled(n), source=.true.)
       allocate (joints%bonded(n), source=.false.)
@@ -85,7 +86,7 @@ contains
       real(wp) :: slip_rate, force
 
       call find_pressure(joints, walls, point)
-      do w = 1, size(walls%joint)
+      do w = 1, size(walls%joint), 2
          j = walls%joint(w)
          call update(joints, j, solid, x, u, point(j), opening(j), open_aperture(j))
       end do
@@ -103,33 +104,82 @@ contains
       end do
    end subroutine couple_walls
 
-   !> Contact pressure from the overlap at the integration points, and its mean over each joint.
+   !> Contact pressure from the overlap at the integration points, and its mean over what is covered of both walls of each
+   !> joint.
    subroutine find_pressure(joints, walls, point)
       type(joints_t), intent(inout) :: joints
       type(wall_contact_t), intent(in) :: walls
       type(joint_point_t), intent(in) :: point(:)
-      real(wp) :: overlap, stress
-      integer :: k, j
+      real(wp) :: overlap, stress, force, covered
+      integer :: first(size(walls%joint)/2 + 1), i, k, j
 
       if (size(joints%pressure) < walls%points) then
          deallocate (joints%pressure, joints%shear)
          allocate (joints%pressure(size(walls%wall)), joints%shear(size(walls%wall)))
       end if
-      joints%contact_stress(walls%joint) = 0.0_wp
-      do k = 1, walls%points
-         j = walls%joint(walls%wall(k))
-         overlap = -walls%gap(k)/millimetre
-         ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
-         if (joints%coupled(j)) overlap = overlap + point(j)%dilation
-         if (joints%penalty(j) > 0.0_wp) then
-            stress = max(0.0_wp, joints%penalty(j)*overlap)
-         else
-            stress = joint_closure_stress(joints%law(j), overlap)
-         end if
-         joints%pressure(k) = stress*megapascal
-         joints%contact_stress(j) = joints%contact_stress(j) + stress*walls%weight(k)/walls%length(walls%wall(k))
+      call points_of_joints(walls, first)
+      do i = 1, size(first) - 1
+         j = walls%joint(2*i)
+         force = 0.0_wp
+         covered = 0.0_wp
+         joints%largest_stress(j) = 0.0_wp
+         do k = first(i), first(i + 1) - 1
+            overlap = wall_overlap(joints, walls, j, k, point(j))
+            stress = closure_stress(joints, softer_joint(joints, walls, j, k, overlap), overlap)
+            joints%pressure(k) = stress*megapascal
+            force = force + stress*walls%weight(k)
+            covered = covered + walls%weight(k)
+            joints%largest_stress(j) = max(joints%largest_stress(j), stress)
+         end do
+         joints%contact_stress(j) = 0.0_wp
+         if (covered > 0.0_wp) joints%contact_stress(j) = force/covered
       end do
    end subroutine find_pressure
+
+   !> Overlap of the walls at an integration point, positive when they touch [mm].
+   pure real(wp) function wall_overlap(joints, walls, j, k, point) result(overlap)
+      type(joints_t), intent(in) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      !> Joint, integration point
+      integer, intent(in) :: j, k
+      !> State of the joint
+      type(joint_point_t), intent(in) :: point
+
+      overlap = -walls%gap(k)/millimetre
+      ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
+      if (joints%coupled(j)) overlap = overlap + point%dilation
+   end function wall_overlap
+
+   !> Contact pressure of an overlap by the closure of a joint or its penalty [MPa].
+   pure real(wp) function closure_stress(joints, j, overlap) result(stress)
+      type(joints_t), intent(in) :: joints
+      integer, intent(in) :: j
+      !> [mm]
+      real(wp), intent(in) :: overlap
+
+      if (joints%penalty(j) > 0.0_wp) then
+         stress = max(0.0_wp, joints%penalty(j)*overlap)
+      else
+         stress = joint_closure_stress(joints%law(j), overlap)
+      end if
+   end function closure_stress
+
+   !> The joint whose closure holds at an integration point. Where a wall has come to face the wall of another joint, beyond a
+   !> crossing or on another block edge, it is the softer of the two: the closure that one has is no overlap for the other.
+   pure integer function softer_joint(joints, walls, j, k, overlap) result(softer)
+      type(joints_t), intent(in) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      !> Joint of the wall, integration point
+      integer, intent(in) :: j, k
+      !> [mm]
+      real(wp), intent(in) :: overlap
+
+      softer = j
+      associate (other => walls%faced_joint(k))
+         if (other == 0 .or. other == j .or. overlap <= 0.0_wp) return
+         if (closure_stress(joints, other, overlap) < closure_stress(joints, j, overlap)) softer = other
+      end associate
+   end function softer_joint
 
    !> Update all joints in potential contact from the contact forces of the step before; their mobilised friction then
    !> bounds the friction of the next.
@@ -148,6 +198,7 @@ contains
       do j = 1, size(joints%law)
          if (joints%wall_handled(j)) cycle
          joints%contact_stress(j) = normal(j)/megapascal
+         joints%largest_stress(j) = joints%contact_stress(j)
          call update(joints, j, solid, x, u, point(j), opening(j), open_aperture(j))
          ! The contact, not the law, holds the walls: what counts is the shear stress it found
          point(j)%tau = shear(j)/megapascal
@@ -197,26 +248,27 @@ contains
    end function wall_stress
 
    !> Stiffness of a joint that bounds the stable step, the larger of normal and shear [MPa/mm].
-   elemental real(wp) function joint_stiffness(law, penalty, point) result(stiffness)
+   elemental real(wp) function joint_stiffness(law, penalty, largest_stress, point) result(stiffness)
       type(joint_law_t), intent(in) :: law
-      !> Penalty stiffness, 0 for the joint's own [MPa/mm]
-      real(wp), intent(in) :: penalty
+      !> Penalty stiffness, 0 for the joint's own [MPa/mm]; largest contact pressure on the joint, where closure is stiffest
+      !> [MPa]
+      real(wp), intent(in) :: penalty, largest_stress
       type(joint_point_t), intent(in) :: point
 
       stiffness = penalty
-      if (penalty <= 0.0_wp) stiffness = joint_normal_stiffness(law, point%sn)
+      if (penalty <= 0.0_wp) stiffness = joint_normal_stiffness(law, max(point%sn, largest_stress))
       stiffness = max(stiffness, joint_shear_stiffness(law, point%sn))
    end function joint_stiffness
 
    !> Has any joint become so much stiffer against closure that the stable step must be computed again?
-   pure logical function have_stiffened(joints, point)
+   pure logical function have_stiffened(joints)
       type(joints_t), intent(in) :: joints
-      type(joint_point_t), intent(in) :: point(:)
       integer :: j
 
       have_stiffened = .true.
-      do j = 1, size(point)
-         if (joints%penalty(j) <= 0.0_wp .and. point(j)%knn > stiffer*joints%stiffness_then(j)) return
+      do j = 1, size(joints%penalty)
+         if (joints%penalty(j) > 0.0_wp .or. .not. joints%wall_handled(j)) cycle
+         if (joint_normal_stiffness(joints%law(j), joints%largest_stress(j)) > stiffer*joints%stiffness_then(j)) return
       end do
       have_stiffened = .false.
    end function have_stiffened

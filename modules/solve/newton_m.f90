@@ -12,9 +12,10 @@ module newton_m
    use solid_tangent_m, only: triangle_tangent
    use bond_m, only: bond_tangent
    use bonds_m, only: hold_together, is_closed
-   use wall_contact_m, only: find_overlaps, add_wall_forces
+   use wall_contact_m, only: find_overlaps, add_wall_forces, points_of_joints
+   use corners_m, only: add_corner_forces, corner_tangent, corner_nodes, decide_corners, give_up_choices
    use joints_m, only: couple_walls
-   use wall_tangent_m, only: wall_element_t, wall_tangent, points_of_walls
+   use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use loads_m, only: nodal_loads
    use motion_m, only: unbalanced_ratio
    use sparse_system_m, only: sparse_system_t, build_system, add_block, gather, scatter
@@ -45,6 +46,8 @@ module newton_m
    type, public, extends(increment_t) :: newton_increment_t
       !> Surface edges that the walls faced at its start (walls)
       integer, allocatable :: facing(:)
+      !> Sides at which corners were held at its start (pairs)
+      integer, allocatable :: held(:)
       !> Longest correction of one iteration [m]
       real(wp) :: longest = huge(1.0_wp)
       !> Drag on the free nodes over the stiffness of the rock around them: a force against their displacement since the
@@ -82,6 +85,7 @@ contains
 
       increment%start = state
       increment%facing = scene%walls%facing
+      increment%held = scene%corners%held
       increment%level = level
       if (scene%can_break) increment%bond = scene%bonds%point
       if (size(scene%joints%length) > 0) increment%longest = longest_correction*minval(scene%joints%length) &
@@ -96,6 +100,7 @@ contains
 
       state = increment%start
       scene%walls%facing = increment%facing
+      scene%corners%held = increment%held
       if (scene%can_break) scene%bonds%point = increment%bond
    end subroutine go_back
 
@@ -107,7 +112,8 @@ contains
       integer :: status
 
       call find_overlaps(scene%walls, scene%split%x, state%u)
-      call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene), scene%joints, scene%walls, self%system)
+      call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene), scene%joints, scene%walls, &
+                        scene%corners, self%system)
       call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
       self%factored = .false.
       self%patterns = self%patterns + 1_i8
@@ -142,8 +148,55 @@ contains
       free_norm = norm2(pack(net_force(state),.not. scene%loads%fixed))
    end function free_norm
 
-   !> Newton's method from the first guess in state%u, whose forces are known.
+   !> Equilibrium from the first guess in state%u, whose forces are known: Newton's method, again where corners that have come
+   !> into each other were free.
    subroutine equilibrate(self, scene, increment, tolerance, state, iterations, converged)
+      class(newton_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      !> Unbalanced force ratio
+      real(wp), intent(in) :: tolerance
+      type(state_t), intent(inout) :: state
+      integer, intent(out) :: iterations
+      logical, intent(out) :: converged
+      type(state_t) :: free
+      integer, allocatable :: held(:)
+      real(wp) :: unbalanced
+      integer :: choices, more
+      logical :: changed
+
+      choices = 0
+      call iterate(self, scene, increment, tolerance, state, iterations, converged)
+      do while (converged)
+         held = scene%corners%held
+         call decide_corners(scene%corners, state%u, choices, changed)
+         if (.not. changed) return
+         free = state
+         self%factored = .false.
+         ! From where the corners are now, or from before they came into each other
+         call evaluate(scene, increment, state)
+         unbalanced = free_norm(scene, state)
+         where (.not. scene%loads%fixed) state%u = increment%start%u
+         call evaluate(scene, increment, state)
+         if (unbalanced <= free_norm(scene, state)) then
+            state%u = free%u
+            call evaluate(scene, increment, state)
+         end if
+         call iterate(self, scene, increment, tolerance, state, more, converged)
+         iterations = iterations + more
+         if (converged) cycle
+         ! Rest without the choice is better than none
+         call give_up_choices(scene%corners, held)
+         state = free
+         call evaluate(scene, increment, state)
+         self%factored = .false.
+         converged = .true.
+         return
+      end do
+   end subroutine equilibrate
+
+   !> Newton's method from the first guess in state%u, whose forces are known.
+   subroutine iterate(self, scene, increment, tolerance, state, iterations, converged)
       class(newton_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
       type(newton_increment_t), intent(in) :: increment
@@ -187,7 +240,7 @@ contains
          end if
          if (scene%deck%implicit%matrix == 'new') slow = .true.
       end do
-   end subroutine equilibrate
+   end subroutine iterate
 
    !> Step of an iteration: the matrix' answer to the unbalanced force, with what earlier iterations taught.
    subroutine correction(self, residual, longest, step, regular)
@@ -287,7 +340,7 @@ contains
       logical, intent(out) :: outside
       type(wall_element_t) :: element
       real(wp) :: stiffness(36)
-      integer :: first(size(scene%walls%joint) + 1), e, w, i
+      integer :: first(size(scene%walls%joint)/2 + 1), e, i
 
       outside = .false.
       system%value = 0.0_wp
@@ -305,11 +358,16 @@ contains
       if (scene%can_break) call assemble_bonds(scene, increment, state, system, outside)
       if (increment%drag > 0.0_wp) call assemble_drag(scene, increment, system)
       if (.not. scene%has_walls) return
-      call points_of_walls(scene%walls, first)
-      do w = 1, size(scene%walls%joint)
-         call wall_tangent(scene%joints, scene%walls, w, first(w), first(w + 1) - 1, scene%split%x, state%u, &
-                           state%joint(scene%walls%joint(w)), element)
+      call points_of_joints(scene%walls, first)
+      do i = 1, size(first) - 1
+         associate (j => scene%walls%joint(2*i))
+            call joint_wall_tangent(scene%joints, scene%walls, j, first(i), first(i + 1) - 1, scene%split%x, state%u, &
+                                    state%joint(j), element)
+         end associate
          call add_block(system, element%node(:element%nodes), element%stiffness, outside)
+      end do
+      do i = 1, size(scene%corners%stiffness)
+         call add_block(system, corner_nodes(scene%corners, i), corner_tangent(scene%corners, i, state%u), outside)
       end do
    end subroutine assemble
 
@@ -424,6 +482,7 @@ contains
       state%normal = 0.0_wp
       state%friction = 0.0_wp
       call add_wall_forces(scene%walls, scene%joints%pressure, scene%joints%shear, state%normal, state%friction)
+      call add_corner_forces(scene%corners, state%u, state%normal)
    end subroutine evaluate
 
    !> Joints and tractions of the walls for a guess of the dilation that pushes them.

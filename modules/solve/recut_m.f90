@@ -2,7 +2,7 @@
 !> steps; what the nodes carried goes with their parents, and joint elements and surface edges keep their numbers.
 module recut_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal_per_millimetre, millimetre, radians
+   use constants_m, only: megapascal_per_millimetre, radians
    use mesh_m, only: split_mesh_t
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
@@ -11,10 +11,11 @@ module recut_m
    use joint_law_m, only: joint_law_t, law_coulomb
    use joint_point_m, only: joint_point_t
    use joints_m, only: joints_t, init_joints
-   use wall_contact_m, only: wall_contact_t, init_wall_contact, keep_facing, lets_go
+   use wall_contact_m, only: wall_contact_t
+   use corners_m, only: corners_t, keep_choices
    use contact_m, only: contact_t
    use loads_m, only: init_loads
-   use scene_m, only: scene_t, build_nodes, build_contact, begin_stage, law_of
+   use scene_m, only: scene_t, build_nodes, build_walls, build_contact, begin_stage, law_of
    use state_m, only: state_t
    implicit none
    private
@@ -80,6 +81,7 @@ contains
          joints%stress_from_walls(:n) = old%stress_from_walls
          joints%wall_handled(:n) = old%wall_handled
          joints%contact_stress(:n) = old%contact_stress
+         joints%largest_stress(:n) = old%largest_stress
          joints%stiffness_then(:n) = old%stiffness_then
          joints%bonded(:n) = old%bonded
          joints%bonded(n + 1:) = .true.
@@ -170,21 +172,23 @@ contains
       integer, intent(in) :: parent(:)
       type(state_t), intent(in) :: state
       type(wall_contact_t) :: walls
+      type(corners_t) :: corners
       type(contact_t) :: contact
-      integer, allocatable :: edge(:), facing(:), side(:)
-      integer :: w, j
+      integer, allocatable :: edge(:), facing(:, :)
+      integer :: w
       logical :: had_contact
 
       walls = scene%walls
-      allocate (facing(size(scene%joints%group)), side(size(scene%joints%group)), source=0)
-      facing(walls%joint) = walls%facing
-      side(walls%joint) = walls%side
+      corners = scene%corners
+      allocate (facing(2, size(scene%joints%group)), source=0)
+      do w = 1, size(walls%joint), 2
+         facing(:, walls%joint(w)) = walls%facing(w:w + 1)
+      end do
       call build_walls(scene)
-      do w = 1, size(scene%walls%joint)
-         j = scene%walls%joint(w)
-         if (facing(j) == 0) cycle
-         ! The wall that walks stays the same although the chain may have grown
-         call keep_facing(scene%walls, scene%split, w, facing(j), side(j))
+      call keep_choices(corners, parent, scene%corners)
+      do w = 1, size(scene%walls%joint), 2
+         ! Surface edges keep their numbers
+         if (all(facing(:, scene%walls%joint(w)) > 0)) scene%walls%facing(w:w + 1) = facing(:, scene%walls%joint(w))
       end do
       had_contact = scene%has_contact
       if (had_contact) contact = scene%contact
@@ -193,33 +197,14 @@ contains
       if (had_contact) call scene%contact%carry_on(contact, edge, scene%exposed_edge, parent, scene%exposed, state%u)
    end subroutine renew_contact
 
-   !> Wall contact of all walls that no bond holds. Walls of cracks whose law closes may overlap by all of their
-   !> closure before contact lets go of them.
-   subroutine build_walls(scene)
-      type(scene_t), intent(inout) :: scene
-      integer :: w
-
-      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
-      do w = 1, size(scene%walls%joint)
-         associate (j => scene%walls%joint(w))
-            if (scene%split%joint_group(j) > 0 .or. scene%joints%law(j)%kind == law_coulomb) cycle
-            scene%walls%deepest(w) = scene%walls%deepest(w) + &
-                                     scene%joints%law(j)%jcm%vm*millimetre/(lets_go*scene%joints%length(j))
-         end associate
-      end do
-   end subroutine build_walls
-
    !> Wall contact of a run that goes on from a checkpoint, and general contact that does not remember anything yet.
-   subroutine restore_walls(scene, facing, side)
+   subroutine restore_walls(scene, facing)
       type(scene_t), intent(inout) :: scene
-      !> Surface edge that each wall edge faced last, and side that walks: +1 upper, -1 lower (walls)
-      integer, intent(in) :: facing(:), side(:)
-      integer :: w
+      !> Surface edge that each wall edge faced last (walls)
+      integer, intent(in) :: facing(:)
 
       call build_walls(scene)
-      do w = 1, size(facing)
-         call keep_facing(scene%walls, scene%split, w, facing(w), side(w))
-      end do
+      scene%walls%facing = facing
       call build_contact(scene)
    end subroutine restore_walls
 

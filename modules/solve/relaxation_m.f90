@@ -9,6 +9,7 @@ module relaxation_m
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
    use scene_m, only: scene_t
+   use corners_m, only: decide_corners
    use state_m, only: state_t
    use joints_m, only: have_stiffened
    use loads_m, only: loads_t, smooth_ramp
@@ -96,9 +97,10 @@ contains
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
       real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part
-      integer :: step, ramp
-      logical :: searched, loose
+      integer :: step, ramp, choices
+      logical :: searched, loose, changed
 
+      choices = 0
       call find_masses(scene, .true., state, mass)
       call guess(scene, increment, duration, state, ramp)
       v = 0.0_wp
@@ -110,13 +112,17 @@ contains
          call forces_from_start(scene, increment, level + part*(increment%level - level), state, searched)
          report%steps = report%steps + 1_i8
          state%step = state%step + 1_i8
-         if (searched .or. scene%walls%moved_on .or. have_stiffened(scene%joints, state%joint) .or. &
+         if (searched .or. scene%walls%moved_on .or. have_stiffened(scene%joints) .or. &
              .not. scene%deck%plan%skip_step) &
             call find_masses(scene, .false., state, mass)
          if (step >= ramp .and. mod(step - ramp, steps_between_looks) == 0) then
             if (unbalanced_ratio(scene%loads, state) <= scene%rest_tolerance()) then
-               call account_increment(scene, increment%start, state)
-               return
+               ! Rest is no rest where corners that have come into each other were free
+               call decide_corners(scene%corners, state%u, choices, changed)
+               if (.not. changed) then
+                  call account_increment(scene, increment%start, state)
+                  return
+               end if
             end if
             loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(scene, increment, state)
             if (loose) exit

@@ -1,7 +1,7 @@
 !> The scene: everything a run needs that does not change, or only with the stages, built once from deck and mesh.
 module scene_m
    use kinds_m, only: wp
-   use constants_m, only: is_set, radians, megapascal, megapascal_per_millimetre
+   use constants_m, only: is_set, radians, megapascal, millimetre, megapascal_per_millimetre
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
    use log_m, only: log_t
@@ -17,7 +17,8 @@ module scene_m
    use joint_law_m, only: joint_law_t, joint_law_named, law_jcm, law_jcm_mean, law_coulomb
    use joints_m, only: joints_t, init_joints
    use bonds_m, only: bonds_t
-   use wall_contact_m, only: wall_contact_t, init_wall_contact, surfaces_walked
+   use wall_contact_m, only: wall_contact_t, init_wall_contact, surfaces_walked, walls_touching, lets_go
+   use corners_m, only: corners_t, init_corners
    use contact_m, only: contact_t, contact_options_t
    use friction_m, only: friction_slider, friction_velocity
    use pore_pressure_m, only: add_pore_pressure
@@ -41,6 +42,7 @@ module scene_m
       type(solid_t) :: solid
       type(joints_t) :: joints
       type(wall_contact_t) :: walls
+      type(corners_t) :: corners
       type(bonds_t) :: bonds
       !> The split mesh with those surface edges only that no bond holds, and their numbers in split
       type(split_mesh_t) :: exposed
@@ -77,7 +79,7 @@ module scene_m
       procedure :: rest_tolerance
    end type scene_t
 
-   public :: build_scene, begin_stage, build_nodes, build_contact, law_of, material_of
+   public :: build_scene, begin_stage, build_nodes, build_walls, build_contact, law_of, material_of
 
 contains
 
@@ -201,8 +203,26 @@ contains
          end associate
       end do
       call warn_of_guards(scene, log)
-      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
+      call build_walls(scene)
    end subroutine build_joints
+
+   !> Contact of all walls that no bond holds, and of the corners between them. Walls of cracks whose law closes may overlap by
+   !> all of their closure before contact lets go of them.
+   subroutine build_walls(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: w
+
+      call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
+      call init_corners(scene%split, walls_touching(scene%joints%wall_handled, scene%joints%bonded), scene%solid%young, &
+                        scene%deck%contact%corner_factor, scene%corners)
+      do w = 1, size(scene%walls%joint)
+         associate (j => scene%walls%joint(w))
+            if (scene%split%joint_group(j) > 0 .or. scene%joints%law(j)%kind == law_coulomb) cycle
+            scene%walls%deepest(w) = scene%walls%deepest(w) + &
+                                     scene%joints%law(j)%jcm%vm*millimetre/(lets_go*scene%joints%length(j))
+         end associate
+      end do
+   end subroutine build_walls
 
    !> Contact between surfaces that no wall contact looks after.
    subroutine build_contact(scene)

@@ -1,11 +1,12 @@
 !> The sparse matrix of the implicit solver: which unknowns there are, where the entries stand, and how elements add.
 !>
 !> Every component of a node's displacement that is not prescribed is an unknown. The pattern joins the nodes of each
-!> triangle and of each bond, and the nodes of each wall with those it faces and their neighbours, so that a wall can slide
+!> triangle and of each bond, and the nodes of each joint with those its walls face and their neighbours, so that a wall can slide
 !> some way before the pattern has to be built again.
 module sparse_system_m
    use kinds_m, only: wp
-   use wall_contact_m, only: wall_contact_t
+   use wall_contact_m, only: wall_contact_t, points_of_joints
+   use corners_m, only: corners_t, corner_nodes
    use joints_m, only: joints_t
    implicit none
    private
@@ -13,7 +14,7 @@ module sparse_system_m
    public :: build_system, add_block, gather, scatter
 
    !> Edges a wall may slide past in either direction before the pattern is built again
-   integer, parameter :: reach = 2
+   integer, parameter :: reach = 1
 
    type, public :: sparse_system_t
       !> Number of unknowns; unknown of each displacement component, 0 when prescribed (2, nodes)
@@ -29,7 +30,7 @@ module sparse_system_m
 contains
 
    !> Number the unknowns and lay out the pattern.
-   subroutine build_system(fixed, triangle, bond, joints, walls, system)
+   subroutine build_system(fixed, triangle, bond, joints, walls, corners, system)
       !> Prescribed components (2, nodes)
       logical, intent(in) :: fixed(:, :)
       !> Corner nodes (3, triangles), nodes of bonds (4, bonds)
@@ -37,6 +38,7 @@ contains
       type(joints_t), intent(in) :: joints
       !> Walls where they face each other now
       type(wall_contact_t), intent(in) :: walls
+      type(corners_t), intent(in) :: corners
       type(sparse_system_t), intent(out) :: system
       integer, allocatable :: group_first(:), group_node(:), first(:), neighbour(:)
       integer :: n, i
@@ -49,26 +51,30 @@ contains
             system%number(i, n) = system%unknowns
          end do
       end do
-      call list_groups(triangle, bond, joints, walls, group_first, group_node)
+      call list_groups(triangle, bond, joints, walls, corners, group_first, group_node)
       call node_neighbours(size(fixed, 2), group_first, group_node, first, neighbour)
       call expand(first, neighbour, system)
       allocate (system%value(size(system%column)), source=0.0_wp)
       call place_triangles(triangle, system)
    end subroutine build_system
 
-   !> Groups of nodes that are all joined with each other: triangles, bonds, and walls with what they may face.
-   pure subroutine list_groups(triangle, bond, joints, walls, group_first, group_node)
+   !> Groups of nodes that are all joined with each other: triangles, bonds, joints with what their walls face and may come
+   !> to face, and the blocks around crossings.
+   subroutine list_groups(triangle, bond, joints, walls, corners, group_first, group_node)
       integer, intent(in) :: triangle(:, :), bond(:, :)
       type(joints_t), intent(in) :: joints
       type(wall_contact_t), intent(in) :: walls
+      type(corners_t), intent(in) :: corners
       !> Nodes of group g: group_node(group_first(g):group_first(g + 1) - 1)
       integer, allocatable, intent(out) :: group_first(:), group_node(:)
-      integer, parameter :: most = 4 + 2*(2*reach + 1)
-      integer :: e, w, g, last, passed, edge, elements
+      !> Nodes of a joint and of what its walls may face, at the most; nodes under an integration point
+      integer, parameter :: most = 4 + 2*(2*(2*reach + 1) + 2), most_at_point = 6
+      integer :: first(size(walls%joint)/2 + 1), e, i, g, k, last, elements
 
       elements = size(triangle, 2) + size(bond, 2)
-      allocate (group_first(elements + size(walls%joint) + 1), &
-                group_node(3*size(triangle, 2) + 4*size(bond, 2) + most*size(walls%joint)))
+      allocate (group_first(elements + size(first) + size(corners%stiffness)), &
+                group_node(3*size(triangle, 2) + 4*size(bond, 2) + most*(size(first) - 1) + most_at_point*walls%points &
+                           + 2*size(corners%stiffness) + 2*size(corners%share)))
       last = 0
       do e = 1, size(triangle, 2)
          group_first(e) = last + 1
@@ -80,26 +86,58 @@ contains
          group_node(last + 1:last + 4) = bond(:, e)
          last = last + 4
       end do
-      do w = 1, size(walls%joint)
-         g = elements + w
+      call points_of_joints(walls, first)
+      do i = 1, size(first) - 1
+         g = elements + i
          group_first(g) = last + 1
-         group_node(last + 1:last + 4) = joints%node(:, walls%joint(w))
+         group_node(last + 1:last + 4) = joints%node(:, walls%joint(2*i))
          last = last + 4
-         edge = walls%facing(w)
-         if (edge == 0) cycle
+         call add_faced(walls%facing(2*i - 1))
+         call add_faced(walls%facing(2*i))
+         do k = first(i), first(i + 1) - 1
+            call add_nodes(walls%point_node(:, k))
+            call add_nodes(pack(walls%beside(:, k), walls%beside(:, k) > 0))
+         end do
+      end do
+      do i = 1, size(corners%stiffness)
+         group_first(elements + size(first) - 1 + i) = last + 1
+         call add_nodes(corner_nodes(corners, i))
+      end do
+      group_first(size(group_first)) = last + 1
+
+   contains
+
+      !> Nodes of the surface edge that a wall faces and of those within reach; also those of other blocks that end there and
+      !> may come to share what these cover.
+      subroutine add_faced(facing)
+         integer, intent(in) :: facing
+         integer :: edge, next, passed
+
+         edge = facing
+         if (edge == 0) return
          ! Back to the first edge within reach, then forward over all of them
          do passed = 1, reach
             if (walls%before(edge) == 0) exit
             edge = walls%before(edge)
          end do
+         next = walls%before(edge)
+         if (next > 0) call add_nodes(walls%surface(2:2, next))
          do passed = 1, 2*reach + 1
-            group_node(last + 1:last + 2) = walls%surface(:, edge)
-            last = last + 2
-            edge = walls%after(edge)
-            if (edge == 0) exit
+            call add_nodes(walls%surface(:, edge))
+            next = walls%after(edge)
+            if (next == 0) exit
+            edge = next
          end do
-      end do
-      group_first(size(group_first)) = last + 1
+         if (next > 0) call add_nodes(walls%surface(1:1, next))
+      end subroutine add_faced
+
+      subroutine add_nodes(node)
+         integer, intent(in) :: node(:)
+
+         group_node(last + 1:last + size(node)) = node
+         last = last + size(node)
+      end subroutine add_nodes
+
    end subroutine list_groups
 
    !> Neighbours of each node, itself included, sorted.

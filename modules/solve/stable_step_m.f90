@@ -12,6 +12,7 @@ module stable_step_m
    use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
    use wall_contact_m, only: find_overlaps, wall_stiffness_bound
+   use corners_m, only: corner_stiffness_bound
    use joints_m, only: joint_stiffness
    use bonds_m, only: bonds_stiffness_bound
    implicit none
@@ -87,10 +88,12 @@ contains
 
       bound = scene%rock_stiffness
       if (scene%has_walls) then
-         scene%joints%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, state%joint)
+         scene%joints%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, scene%joints%largest_stress, &
+                                                       state%joint)
          call find_overlaps(scene%walls, scene%split%x, state%u)
          call wall_stiffness_bound(scene%walls, scene%split%x, &
                                    scene%joints%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
+         call corner_stiffness_bound(scene%corners, bound)
       end if
       if (scene%has_contact) call scene%contact%add_stiffness(bound)
       if (scene%can_break) call bonds_stiffness_bound(scene%bonds, bound)

@@ -7,16 +7,16 @@
 !> points move with the walls; at corners of blocks, where short overlaps carry much, Newton's method needs that part too.
 module wall_tangent_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal, millimetre, megapascal_per_millimetre
-   use wall_contact_m, only: wall_contact_t
+   use constants_m, only: megapascal, megapascal_per_millimetre
+   use wall_contact_m, only: wall_contact_t, facing_part, facing_part_slope
    use joint_point_m, only: joint_point_t, joint_tangent_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joint_law_m, only: joint_tangent, joint_normal_stiffness
-   use joints_m, only: joints_t
+   use joints_m, only: joints_t, wall_overlap, softer_joint
    implicit none
    private
 
-   public :: wall_tangent, points_of_walls
+   public :: joint_wall_tangent
 
    !> Stiffness of one wall edge and what it faces
    type, public :: wall_element_t
@@ -52,40 +52,23 @@ module wall_tangent_m
 
 contains
 
-   !> First integration point of every wall; those of wall w are first(w) to first(w + 1) - 1 (walls + 1).
-   pure subroutine points_of_walls(walls, first)
-      type(wall_contact_t), intent(in) :: walls
-      integer, intent(out) :: first(:)
-      integer :: k, w
-
-      k = 1
-      do w = 1, size(walls%joint)
-         first(w) = k
-         do while (k <= walls%points)
-            if (walls%wall(k) /= w) exit
-            k = k + 1
-         end do
-      end do
-      first(size(walls%joint) + 1) = k
-   end subroutine points_of_walls
-
-   !> Stiffness of one wall at the state its joint was last updated to.
-   pure subroutine wall_tangent(joints, walls, w, first, last, x, u, point, element)
+   !> Stiffness of both walls of a joint at the state the joint was last updated to.
+   pure subroutine joint_wall_tangent(joints, walls, j, first, last, x, u, point, element)
       type(joints_t), intent(in) :: joints
       type(wall_contact_t), intent(in) :: walls
-      !> Wall, its first and last integration point
-      integer, intent(in) :: w, first, last
+      !> Joint, the first and last integration point of its walls
+      integer, intent(in) :: j, first, last
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      !> State of the wall's joint
+      !> State of the joint
       type(joint_point_t), intent(in) :: point
       type(wall_element_t), intent(inout) :: element
       type(joint_tangent_t) :: tangent
       type(geometry_t) :: geometry(first:last)
       real(wp), allocatable :: slip(:), pressure(:, :), stress(:)
-      integer :: node(point_nodes, first:last), place(point_nodes, first:last), own(own_nodes), k, j, m
+      real(wp) :: mean, covered
+      integer :: node(point_nodes, first:last), place(point_nodes, first:last), own(own_nodes), k, m
 
-      j = walls%joint(w)
       do k = first, last
          node(:, k) = [walls%point_node(:, k), walls%beside(:, k)]
       end do
@@ -96,6 +79,8 @@ contains
       allocate (slip(m), pressure(m, first:last), stress(m))
       tangent = joint_tangent(joints%law(j), point)
       slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
+      covered = sum(walls%weight(first:last))
+      mean = sum(walls%weight(first:last)*joints%pressure(first:last))/covered
       stress = 0.0_wp
       do k = first, last
          place(:, k) = places(node(:, k), element)
@@ -103,15 +88,14 @@ contains
          pressure(:, k) = -onto_element(geometry(k)%gap, place(:, k), m)
          if (joints%coupled(j)) pressure(:, k) = pressure(:, k) + tangent%dilation_u*slip
          pressure(:, k) = normal_stiffness_at(joints, walls, j, k, point)*pressure(:, k)
-         stress = stress + (walls%weight(k)*pressure(:, k) + joints%pressure(k)*onto_element( &
-                            geometry(k)%weight - walls%weight(k)/walls%length(w)*geometry(k)%length, place(:, k), m)) &
-                  /walls%length(w)
+         stress = stress + (walls%weight(k)*pressure(:, k) + (joints%pressure(k) - mean)* &
+                            onto_element(geometry(k)%weight, place(:, k), m))/covered
       end do
       do k = first, last
          call add_point(joints, walls, j, k, point, tangent, geometry(k), place(:, k), slip, pressure(:, k), stress, &
                         element%stiffness(:m, :m))
       end do
-   end subroutine wall_tangent
+   end subroutine joint_wall_tangent
 
    !> Add an integration point's part, minus the derivative of the nodal forces of its tractions.
    pure subroutine add_point(joints, walls, j, k, point, tangent, geometry, place, slip, pressure, stress, stiffness)
@@ -213,14 +197,42 @@ contains
             geometry%gap(2*i - 1:2*i) = geometry%gap(2*i - 1:2*i) + side(i)*walls%shape(i, k)*n
          end do
       end associate
-      ! Deep overlaps of new cracks are not held whole
+      ! What the other wall has, surfaces at an angle and deep overlaps of new cracks are not held whole
       held = walls%weight(k)/(0.5_wp*(high_end - low_end)*length)
-      geometry%weight = held*0.5_wp*((high - low)*length + (high_end - low_end)*geometry%length)
+      geometry%weight = held*0.5_wp*((high - low)*length + (high_end - low_end)*geometry%length) &
+                        + walls%weight(k)*facing_change(walls, k, geometry, position)
       geometry%shape(:, 1) = -xi
       geometry%shape(:, 2) = xi
       geometry%shape(:, 3) = -eta
       geometry%shape(:, 4) = eta
    end function point_geometry
+
+   !> How the part of its pressure that a point has at the angle of its two edges changes with its nodes, over itself [1/m].
+   pure function facing_change(walls, k, geometry, position) result(change)
+      type(wall_contact_t), intent(in) :: walls
+      !> Integration point
+      integer, intent(in) :: k
+      !> Its turn is known
+      type(geometry_t), intent(in) :: geometry
+      real(wp), intent(in) :: position(2, point_nodes)
+      real(wp) :: change(components), along(2), across(2), length, cosine, part
+
+      change = 0.0_wp
+      along = position(:, 3) - position(:, 4)
+      length = norm2(along)
+      along = along/length
+      associate (t => walls%tangent(:, walls%wall(k)))
+         cosine = dot_product(along, t)
+         part = facing_part(cosine)
+         if (part <= 0.0_wp) return
+         ! cos = t.m with dt = n dtheta, and m the direction of q -> p
+         across = (t - cosine*along)/length
+         change = dot_product(along, [-t(2), t(1)])*geometry%turn
+      end associate
+      change(5:6) = change(5:6) + across
+      change(7:8) = change(7:8) - across
+      change = facing_part_slope(cosine)/part*change
+   end function facing_change
 
    !> How the place of one of the nodes, projected on the wall from 0 at A' to 1 at B', moves with the nodes [1/m].
    pure function place_on_wall(geometry, position, node, n, t, length) result(place)
@@ -350,8 +362,11 @@ contains
       integer, intent(in) :: j, k
       type(joint_point_t), intent(in) :: point
 
-      stiffness = joints%penalty(j)
-      if (stiffness <= 0.0_wp) stiffness = joint_normal_stiffness(joints%law(j), joints%pressure(k)/megapascal)
+      integer :: softer
+
+      softer = softer_joint(joints, walls, j, k, wall_overlap(joints, walls, j, k, point))
+      stiffness = joints%penalty(softer)
+      if (stiffness <= 0.0_wp) stiffness = joint_normal_stiffness(joints%law(softer), joints%pressure(k)/megapascal)
       if (is_open(joints, walls, j, k, point)) stiffness = share_when_open(joints, j)*stiffness
       stiffness = stiffness*megapascal_per_millimetre
    end function normal_stiffness_at
@@ -381,11 +396,8 @@ contains
       !> Joint and integration point
       integer, intent(in) :: j, k
       type(joint_point_t), intent(in) :: point
-      real(wp) :: overlap
 
-      overlap = -walls%gap(k)/millimetre
-      if (joints%coupled(j)) overlap = overlap + point%dilation
-      is_open = overlap < -touching
+      is_open = wall_overlap(joints, walls, j, k, point) < -touching
    end function is_open
 
    !> Part of its first stiffness that a joint keeps in the tangent when it is open.

@@ -1,0 +1,492 @@
+!> Corners of blocks where fractures cross: blocks that share a crossing and no fracture must not pass through each other.
+!>
+!> Where two fractures cross and both slip, the blocks of one diagonal are driven point against point. No wall of one faces a
+!> wall of the other there but over the length that the corners have already passed each other, which holds next to nothing.
+!> Each pair of such blocks therefore has a contact of its own, from the slips of the fractures between them:
+!>
+!>          \ N /       r, the way that corner P has slid into corner Q, is the sum of the slips of the arms
+!>         W \ / E      between them (here N and S; by W and by E, the mean of both ways round). Closure of
+!>            X         the arms has no part in it: it is no overlap of rock. P is in Q when r lies in the cone
+!>         W / \ E      that Q and P turned by half a turn span; a and b are the depths behind its two sides.
+!>          / S \
+!>
+!> P may leave Q sideways, behind either side; which of two rigid points gives way is not determined by their shape. Here the
+!> fracture that slips more at the crossing goes through and the lesser depth b is held, by the energy K/2 b^2; of two alike
+!> both are. This is decided at rest (decide_corners) and remembered until P has come out of Q. While nothing is decided the
+!> corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is convex: a
+!> force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that is
+!> none. All is of second degree: slip is proportional to load. K is of the order of the stiffness of the rock at a node,
+!> whatever the size of the elements. Beyond a quarter of an element walls face each other (wall_contact_m) and the
+!> corner lets go. Directions are those before any motion.
+module corners_m
+   use kinds_m, only: wp
+   use constants_m, only: pi
+   use mesh_m, only: split_mesh_t
+   implicit none
+   private
+
+   !> Pairs of blocks that meet at corners only
+   type, public :: corners_t
+      !> Nodes of P and Q (2, pairs)
+      integer, allocatable :: node(:, :)
+      !> Inward normals of the two sides of the cone (2, 2, pairs); is it wider than half a turn?
+      real(wp), allocatable :: inward(:, :, :)
+      logical, allocatable :: wide(:)
+      !> Sides behind which P is held: free, 1, 2, both, or given_up where rest was not found with a choice (pairs). A cone
+      !> wider than half a turn holds at both
+      integer, allocatable :: held(:)
+      !> Stiffness [N/m per m of thickness]; distance beyond which the corner lets go [m] (pairs)
+      real(wp), allocatable :: stiffness(:), reach(:)
+      !> Legs of the ways from Q to P: those of pair p are first(p) to first(p + 1) - 1
+      integer, allocatable :: first(:)
+      !> Nodes of the blocks before and behind the arm that a leg crosses (2, legs); unit vector along the arm, unit vector
+      !> across it in the direction of the way (2, legs); 1 over the number of ways (legs)
+      integer, allocatable :: across(:, :)
+      real(wp), allocatable :: along(:, :), normal(:, :), share(:)
+   end type corners_t
+
+   !> A crossing: the blocks around it, anticlockwise, and the arms between them
+   type :: crossing_t
+      !> Node of each block (blocks); arm k lies between blocks k and k + 1
+      integer, allocatable :: node(:)
+      !> Does the last arm lead back to the first block?
+      logical :: closed = .false.
+      !> Directions in which each block begins and ends [rad], Young's modulus [Pa], (blocks)
+      real(wp), allocatable :: from(:), to(:), young(:)
+      !> Shortest arm [m]
+      real(wp) :: shortest = 0.0_wp
+   end type crossing_t
+
+   !> Bound of the norms of a row of blocks of the stiffness of a pair over its stiffness: second derivatives of d^2/2 are at
+   !> most 1 in a and b, the way has at most the slips of two arms at both its ends
+   real(wp), parameter :: bound_factor = 4.0_wp
+
+   !> Choices for a corner, beside 1 and 2, the side that holds
+   integer, parameter :: free = 0, both = 3, given_up = -1
+   !> A corner lets go when it has passed the other one by this part of an element
+   real(wp), parameter :: reach_share = 0.25_wp
+   !> Depths below this part of the reach are none; depths that differ by less than this part are alike
+   real(wp), parameter :: least_depth = 1.0e-5_wp, alike = 0.02_wp
+
+   !> Choices made one after the other in an increment: corners that wait for each other's
+   integer, parameter :: most_rounds = 8
+
+   public :: init_corners, decide_corners, give_up_choices, keep_choices, add_corner_forces, &
+             corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
+
+contains
+
+   !> Find the pairs of blocks at all crossings.
+   subroutine init_corners(split, touching, young, factor, corners)
+      type(split_mesh_t), intent(in) :: split
+      !> Joints whose walls are in wall contact (joints)
+      logical, intent(in) :: touching(:)
+      !> Young's modulus (triangles) [Pa]
+      real(wp), intent(in) :: young(:)
+      !> Stiffness of a corner over Young's modulus of its rock (per m of thickness)
+      real(wp), intent(in) :: factor
+      type(corners_t), intent(out) :: corners
+      !> Surface edge that starts and that ends at each node, 0 where there is none or more than one (nodes)
+      integer, allocatable :: out(:), in(:)
+      !> Wall edges of each joint: lower, upper (2, joints)
+      integer, allocatable :: wall(:, :)
+      !> Has the block of a node been seen? (nodes)
+      logical, allocatable :: seen(:)
+      type(crossing_t) :: crossing
+      integer :: node, e
+
+      allocate (corners%node(2, 0), corners%inward(2, 2, 0), corners%wide(0), corners%held(0), corners%stiffness(0), &
+                corners%reach(0), corners%across(2, 0), corners%along(2, 0), corners%normal(2, 0), corners%share(0))
+      corners%first = [1]
+      allocate (wall(2, size(touching)), source=0)
+      do e = 1, size(split%surface, 2)
+         if (split%surface_joint(e) > 0) wall(merge(2, 1, split%surface_side(e) > 0), split%surface_joint(e)) = e
+      end do
+      call edges_of_nodes(split, out, in)
+      allocate (seen(size(split%x, 2)), source=.false.)
+      do node = 1, size(seen)
+         if (seen(node) .or. in(node) == 0 .or. out(node) == 0) cycle
+         call go_round(split, touching, young, wall, out, in, node, seen, crossing)
+         call add_pairs(crossing, factor, corners)
+      end do
+   end subroutine init_corners
+
+   !> The surface edge that starts at each node and the one that ends there.
+   pure subroutine edges_of_nodes(split, out, in)
+      type(split_mesh_t), intent(in) :: split
+      integer, allocatable, intent(out) :: out(:), in(:)
+      integer, allocatable :: starts(:)
+      integer :: e
+
+      allocate (out(size(split%x, 2)), in(size(split%x, 2)), starts(size(split%x, 2)), source=0)
+      do e = 1, size(split%surface, 2)
+         associate (start => split%surface(1, e))
+            out(start) = e
+            starts(start) = starts(start) + 1
+            in(split%surface(2, e)) = e
+         end associate
+      end do
+      ! Two bodies that touch at a node alone
+      where (starts > 1)
+         out = 0
+         in = 0
+      end where
+   end subroutine edges_of_nodes
+
+   !> Go round a crossing from the block of a node: back as far as there are arms, then forward.
+   subroutine go_round(split, touching, young, wall, out, in, start, seen, crossing)
+      type(split_mesh_t), intent(in) :: split
+      logical, intent(in) :: touching(:)
+      real(wp), intent(in) :: young(:)
+      integer, intent(in) :: wall(:, :), out(:), in(:), start
+      logical, intent(inout) :: seen(:)
+      type(crossing_t), intent(out) :: crossing
+      integer :: node, next
+
+      node = start
+      do
+         next = beyond(out(node), 1)
+         if (next == 0 .or. next == start) exit
+         node = next
+      end do
+      crossing%closed = next == start
+      if (crossing%closed) node = start
+      crossing%node = [integer ::]
+      crossing%from = [real(wp) ::]
+      crossing%to = [real(wp) ::]
+      crossing%young = [real(wp) ::]
+      crossing%shortest = huge(1.0_wp)
+      do
+         seen(node) = .true.
+         crossing%node = [crossing%node, node]
+         crossing%young = [crossing%young, young(split%surface_triangle(out(node)))]
+         associate (x => split%x(:, node), ahead => split%x(:, split%surface(2, out(node))), &
+                    behind => split%x(:, split%surface(1, in(node))))
+            crossing%from = [crossing%from, atan2(ahead(2) - x(2), ahead(1) - x(1))]
+            crossing%to = [crossing%to, atan2(behind(2) - x(2), behind(1) - x(1))]
+            crossing%shortest = min(crossing%shortest, norm2(ahead - x), norm2(behind - x))
+         end associate
+         node = beyond(in(node), 2)
+         if (node == 0) return
+         if (seen(node)) return
+      end do
+
+   contains
+
+      !> Node of the block beyond a surface edge that starts (1) or ends (2) at this crossing, 0 where there is none. Walls run
+      !> against each other: where one ends the other starts.
+      pure integer function beyond(edge, which)
+         integer, intent(in) :: edge, which
+         integer :: joint
+
+         beyond = 0
+         joint = split%surface_joint(edge)
+         if (joint == 0) return
+         if (.not. touching(joint)) return
+         beyond = split%surface(3 - which, wall(merge(1, 2, split%surface_side(edge) > 0), joint))
+         if (out(beyond) == 0 .or. in(beyond) == 0) beyond = 0
+      end function beyond
+
+   end subroutine go_round
+
+   !> Add the pairs of blocks of a crossing that share no arm.
+   subroutine add_pairs(crossing, factor, corners)
+      type(crossing_t), intent(in) :: crossing
+      real(wp), intent(in) :: factor
+      type(corners_t), intent(inout) :: corners
+      integer :: blocks, i, k, a, ways
+      real(wp) :: young
+
+      blocks = size(crossing%node)
+      do i = 1, blocks - 2
+         do k = i + 2, blocks
+            if (crossing%closed .and. blocks - (k - i) < 2) cycle
+            if (max(width(crossing, i), width(crossing, k)) > pi*(1.0_wp + sqrt(epsilon(pi)))) cycle
+            ways = merge(2, 1, crossing%closed)
+            do a = i, k - 1
+               call add_leg(crossing, a, a + 1, 1.0_wp, ways, corners)
+            end do
+            if (crossing%closed) then
+               do a = i + blocks, k + 1, -1
+                  call add_leg(crossing, a, a - 1, -1.0_wp, ways, corners)
+               end do
+            end if
+            call add_cone(crossing, i, k, corners)
+            young = 2.0_wp*crossing%young(i)*crossing%young(k)/(crossing%young(i) + crossing%young(k))
+            corners%node = reshape([corners%node, crossing%node(k), crossing%node(i)], [2, size(corners%node, 2) + 1])
+            corners%stiffness = [corners%stiffness, factor*young]
+            corners%reach = [corners%reach, reach_share*crossing%shortest]
+            corners%first = [corners%first, size(corners%share) + 1]
+         end do
+      end do
+   end subroutine add_pairs
+
+   !> Angle that a block fills [rad].
+   pure real(wp) function width(crossing, block)
+      type(crossing_t), intent(in) :: crossing
+      integer, intent(in) :: block
+
+      width = modulo(crossing%to(block) - crossing%from(block), 2.0_wp*pi)
+   end function width
+
+   !> Add the step from one block to the next one.
+   subroutine add_leg(crossing, from, to, sense, ways, corners)
+      type(crossing_t), intent(in) :: crossing
+      !> Blocks; numbers go on round a closed crossing
+      integer, intent(in) :: from, to
+      !> 1: anticlockwise, -1: clockwise
+      real(wp), intent(in) :: sense
+      integer, intent(in) :: ways
+      type(corners_t), intent(inout) :: corners
+      integer :: n, behind, ahead
+      real(wp) :: angle
+
+      n = size(crossing%node)
+      behind = modulo(from - 1, n) + 1
+      ahead = modulo(to - 1, n) + 1
+      angle = merge(crossing%to(behind), crossing%from(behind), sense > 0.0_wp)
+      corners%across = reshape([corners%across, crossing%node(behind), crossing%node(ahead)], &
+                               [2, size(corners%across, 2) + 1])
+      corners%along = reshape([corners%along, cos(angle), sin(angle)], [2, size(corners%along, 2) + 1])
+      corners%normal = reshape([corners%normal, -sense*sin(angle), sense*cos(angle)], [2, size(corners%normal, 2) + 1])
+      corners%share = [corners%share, 1.0_wp/real(ways, wp)]
+   end subroutine add_leg
+
+   !> Add the cone of directions in which corner k enters corner i.
+   subroutine add_cone(crossing, i, k, corners)
+      type(crossing_t), intent(in) :: crossing
+      integer, intent(in) :: i, k
+      type(corners_t), intent(inout) :: corners
+      real(wp) :: middle, half_i, half_k, apart, low, high
+
+      half_i = 0.5_wp*width(crossing, i)
+      half_k = 0.5_wp*width(crossing, k)
+      middle = crossing%from(i) + half_i
+      ! Middle of corner k turned by half a turn, from that of corner i
+      apart = modulo(crossing%from(k) + half_k + pi - middle + pi, 2.0_wp*pi) - pi
+      low = middle + min(-half_i, apart - half_k)
+      high = middle + max(half_i, apart + half_k)
+      corners%inward = reshape([corners%inward, -sin(low), cos(low), sin(high), -cos(high)], &
+                               [2, 2, size(corners%inward, 3) + 1])
+      corners%wide = [corners%wide, high - low > pi]
+      corners%held = [corners%held, merge(both, free, high - low > pi)]
+   end subroutine add_cone
+
+   !> Way that corner P of a pair has slid into corner Q: slips and openings of the arms between them, without closure [m].
+   pure function way(corners, p, u) result(r)
+      type(corners_t), intent(in) :: corners
+      !> Pair
+      integer, intent(in) :: p
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      real(wp) :: r(2), jump(2)
+      integer :: l
+
+      r = 0.0_wp
+      do l = corners%first(p), corners%first(p + 1) - 1
+         jump = u(:, corners%across(2, l)) - u(:, corners%across(1, l))
+         r = r + corners%share(l)*(dot_product(jump, corners%along(:, l))*corners%along(:, l) &
+                                   + max(0.0_wp, dot_product(jump, corners%normal(:, l)))*corners%normal(:, l))
+      end do
+   end function way
+
+   !> Slope and curvature of the energy of a pair by the way that P has slid into Q.
+   pure subroutine press(corners, p, r, slope, curvature)
+      type(corners_t), intent(in) :: corners
+      integer, intent(in) :: p
+      !> [m]
+      real(wp), intent(in) :: r(2)
+      !> [N per m of thickness], [N/m per m of thickness]
+      real(wp), intent(out) :: slope(2), curvature(2, 2)
+      real(wp) :: depth(2), part, part_1, part_2
+      integer :: i
+
+      slope = 0.0_wp
+      curvature = 0.0_wp
+      depth = matmul(r, corners%inward(:, :, p))
+      do i = 1, 2
+         if (depth(i) <= 0.0_wp .or. .not. any(corners%held(p) == [i, both])) cycle
+         part = 1.0_wp
+         part_1 = 0.0_wp
+         part_2 = 0.0_wp
+         if (.not. corners%wide(p)) call let_go(depth(3 - i)/corners%reach(p), part, part_1, part_2)
+         part_1 = part_1/corners%reach(p)
+         part_2 = part_2/corners%reach(p)**2
+         associate (k => corners%stiffness(p), own => corners%inward(:, i, p), other => corners%inward(:, 3 - i, p))
+            slope = slope + k*depth(i)*(part*own + 0.5_wp*depth(i)*part_1*other)
+            curvature = curvature + k*(part*outer(own, own) + depth(i)*part_1*(outer(own, other) + outer(other, own)) &
+                                       + 0.5_wp*depth(i)**2*part_2*outer(other, other))
+         end associate
+      end do
+   end subroutine press
+
+   !> Part of its force that a corner still has when it has passed the other one by a distance over its reach: (1 - d^2)^2,
+   !> all before it has passed; with two derivatives.
+   pure subroutine let_go(distance, part, slope, curvature)
+      real(wp), intent(in) :: distance
+      real(wp), intent(out) :: part, slope, curvature
+      real(wp) :: d
+
+      d = min(1.0_wp, max(0.0_wp, distance))
+      part = (1.0_wp - d**2)**2
+      slope = -4.0_wp*d*(1.0_wp - d**2)
+      curvature = 0.0_wp
+      if (d > 0.0_wp .and. d < 1.0_wp) curvature = 12.0_wp*d**2 - 4.0_wp
+   end subroutine let_go
+
+   !> At rest: hold the corners that have come into each other, let those go that have come out.
+   pure subroutine decide_corners(corners, u, rounds, changed)
+      type(corners_t), intent(inout) :: corners
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      !> Times that a choice has changed in this increment; after most_rounds it stays
+      integer, intent(inout) :: rounds
+      !> Has any choice changed? Then this is no rest yet
+      logical, intent(out) :: changed
+      real(wp) :: depth(2)
+      integer :: p, held
+
+      changed = .false.
+      if (rounds >= most_rounds) return
+      do p = 1, size(corners%stiffness)
+         if (corners%wide(p)) cycle
+         depth = matmul(way(corners, p, u), corners%inward(:, :, p))/corners%reach(p)
+         held = corners%held(p)
+         if (held /= free) then
+            if (minval(depth) < -least_depth .or. maxval(depth) >= 1.0_wp) held = free
+         else if (minval(depth) > least_depth .and. maxval(depth) < 1.0_wp) then
+            held = minloc(depth, dim=1)
+            if (maxval(depth) - minval(depth) <= alike*maxval(depth)) held = both
+         end if
+         if (held == corners%held(p)) cycle
+         ! What was given up and is out again changes no force
+         if (corners%held(p) /= given_up) changed = .true.
+         corners%held(p) = held
+      end do
+      if (changed) rounds = rounds + 1
+   end subroutine decide_corners
+
+   !> No rest was found with the choices made last: these corners stay free until they have come out of each other.
+   pure subroutine give_up_choices(corners, before)
+      type(corners_t), intent(inout) :: corners
+      !> Choices before (pairs)
+      integer, intent(in) :: before(:)
+
+      where (corners%held /= before) corners%held = given_up
+   end subroutine give_up_choices
+
+   !> Choices go on after cuts of the mesh: those of the pair whose nodes were the same.
+   pure subroutine keep_choices(before, parent, corners)
+      type(corners_t), intent(in) :: before
+      !> Node that each node was before (nodes)
+      integer, intent(in) :: parent(:)
+      type(corners_t), intent(inout) :: corners
+      integer :: p, old
+
+      do p = 1, size(corners%stiffness)
+         do old = 1, size(before%stiffness)
+            if (all(before%node(:, old) == parent(corners%node(:, p))) .and. .not. corners%wide(p)) &
+               corners%held(p) = before%held(old)
+         end do
+      end do
+   end subroutine keep_choices
+
+   !> Product of a column and a row.
+   pure function outer(column, row) result(product)
+      real(wp), intent(in) :: column(2), row(2)
+      real(wp) :: product(2, 2)
+
+      product(:, 1) = column*row(1)
+      product(:, 2) = column*row(2)
+   end function outer
+
+   !> Add the forces of all corners: each pair pushes its two nodes apart.
+   pure subroutine add_corner_forces(corners, u, force)
+      type(corners_t), intent(in) :: corners
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      !> Nodal forces (2, nodes) [N per m of thickness]
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      real(wp) :: slope(2), curvature(2, 2)
+      integer :: p
+
+      do p = 1, size(corners%stiffness)
+         call press(corners, p, way(corners, p, u), slope, curvature)
+         associate (node => corners%node(:, p))
+            force(:, node(1)) = force(:, node(1)) - slope
+            force(:, node(2)) = force(:, node(2)) + slope
+         end associate
+      end do
+   end subroutine add_corner_forces
+
+   !> Nodes that the stiffness of a pair joins: its two, then those of its legs, in pairs; some more than once.
+   pure function corner_nodes(corners, p) result(node)
+      type(corners_t), intent(in) :: corners
+      integer, intent(in) :: p
+      integer, allocatable :: node(:)
+      integer :: legs
+
+      legs = corners%first(p + 1) - corners%first(p)
+      node = [corners%node(:, p), reshape(corners%across(:, corners%first(p):corners%first(p + 1) - 1), [2*legs])]
+   end function corner_nodes
+
+   !> Stiffness of a pair: minus the derivative of its forces by the displacements of its corner_nodes, components x, y of
+   !> node after node (2 nodes, 2 nodes) [N/m per m of thickness]. Not symmetric: what lies between feels nothing.
+   pure function corner_tangent(corners, p, u) result(stiffness)
+      type(corners_t), intent(in) :: corners
+      integer, intent(in) :: p
+      real(wp), contiguous, intent(in) :: u(:, :)
+      real(wp), allocatable :: stiffness(:, :)
+      real(wp) :: slope(2), curvature(2, 2), leg(2, 2), jump(2)
+      integer :: l, at
+
+      associate (legs => corners%first(p + 1) - corners%first(p))
+         allocate (stiffness(4*(legs + 1), 4*(legs + 1)), source=0.0_wp)
+      end associate
+      call press(corners, p, way(corners, p, u), slope, curvature)
+      do l = corners%first(p), corners%first(p + 1) - 1
+         jump = u(:, corners%across(2, l)) - u(:, corners%across(1, l))
+         leg = outer(corners%along(:, l), corners%along(:, l))
+         if (dot_product(jump, corners%normal(:, l)) > 0.0_wp) leg = leg + outer(corners%normal(:, l), corners%normal(:, l))
+         leg = corners%share(l)*matmul(curvature, leg)
+         at = 4*(l - corners%first(p) + 1)
+         stiffness(1:2, at + 1:at + 2) = -leg
+         stiffness(1:2, at + 3:at + 4) = leg
+      end do
+      stiffness(3:4, :) = -stiffness(1:2, :)
+   end function corner_tangent
+
+   !> Add the row sums of the corners' stiffness to the nodal bounds (see solid_m).
+   pure subroutine corner_stiffness_bound(corners, bound)
+      type(corners_t), intent(in) :: corners
+      !> (nodes) [N/m per m of thickness]
+      real(wp), intent(inout) :: bound(:)
+      integer :: p
+
+      do p = 1, size(corners%stiffness)
+         associate (node => corners%node(:, p))
+            bound(node) = bound(node) + bound_factor*corners%stiffness(p)
+         end associate
+      end do
+   end subroutine corner_stiffness_bound
+
+   !> Deepest overlap of two corners beyond the closure of the joints [m], and where (pair, 0: nowhere).
+   pure subroutine corner_overlap(corners, u, deepest, where)
+      type(corners_t), intent(in) :: corners
+      real(wp), contiguous, intent(in) :: u(:, :)
+      real(wp), intent(out) :: deepest
+      integer, intent(out) :: where
+      real(wp) :: depth(2)
+      integer :: p
+
+      deepest = 0.0_wp
+      where = 0
+      do p = 1, size(corners%stiffness)
+         depth = matmul(way(corners, p, u), corners%inward(:, :, p))
+         if (minval(depth) <= deepest .or. norm2(depth) > corners%reach(p)) cycle
+         deepest = minval(depth)
+         where = p
+      end do
+   end subroutine corner_overlap
+
+end module corners_m
