@@ -3,8 +3,10 @@
 
     python3 tests/junctions.py --kind X --angle 59 --size 0.05 --solver implicit --law coulomb
     python3 tests/junctions.py --kind T --angle 45 --slip 3 --variants mirrored turned_90
-    python3 tests/junctions.py --series --out junctions.csv
+    python3 tests/junctions.py --series --out junctions.csv [--kinds T X --solvers implicit --laws jcm ...]
+    python3 tests/junctions.py --jump --out jump.csv
     python3 tests/junctions.py --refine --out refine.csv
+    python3 tests/junctions.py --network two_sets.csv --size 0.03
 
 A square of rock holds a junction of fractures in its middle. Small slip: the arms end in the rock, the square is loaded by a
 far-field stress. Large slip (--slip, in elements): the arms cut the square into blocks, those above the through fracture
@@ -15,24 +17,35 @@ Coordinates change sign and place only, so that a variant is the same scene to t
 elements are matched by their place, and their values are brought back to the scene as drawn: slip and shear stress keep
 their sign when the scene is turned (a wall turned by half a turn is the other wall), and change it in a mirror.
 
+--series runs the whole matrix of kinds, angles, solvers and laws, small and large slip, and writes a row for each variant.
+--jump takes one mesh of a junction at 60 degrees and turns its arms to 57, 59, 61 and 63: what changes from 59 to 61 beyond the
+mean of the changes on either side is a jump. --refine presses the plate with crossing faults of `x_crossing` at elements of
+50 to 6.25 mm and loads of 0.15 to 30 MPa, in wall contact and in potential contact. --network runs a map of traces through
+phases I and II-B in every drawing.
+
 What is compared is the mean of slip, aperture and normal stress over each block edge: the difference over the largest of
 the scene (`scene`), which the bar of 1e-3 is for, and over the edge's own (`edge`), which is large where an edge hardly slips
 and says little there. Rock in rock is measured from the deformed triangles: the deepest place of the overlap of the blocks
-(mm), against the closure of the joints plus 1 % of the slip.
+(mm) at ten times of the run, against the closure of the joints plus 1 % of the slip then.
 """
 
 import argparse
+import csv
 import itertools
 import os
 import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
+import gmsh
 import numpy as np
+from scipy.spatial import cKDTree
+from shapely.geometry import Point, Polygon
+from shapely.ops import unary_union
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
 from femdem_results import Results
@@ -101,112 +114,118 @@ def arms_of(kind, angle, strike=0.0):
     return np.sort((np.array(arms, dtype=float) + strike) % 360)
 
 
-def junction_mesh(kind, angle, size, length=0.3, side=1.0, cut=False, strike=0.0, coarse=None):
-    """A square with a junction in its middle, and the directions of the arms. With cut the arms reach the boundary.
+def junction_mesh(arms, size, length=0.3, sides=(1.0, 1.0), cut=False, coarse=None):
+    """A rectangle about the origin with a junction of arms [degrees] there.
 
-    size at the arms; coarse at the boundary (not given: size). Groups: rock, frac, left, right, bottom, top, corner_sw,
-    corner_se; with cut each side is parted at the arms: left_1, left_2, ... anticlockwise, and rim_sides_of says whose.
+    length of the arms [m], one or one for each; with cut they reach the boundary instead. size at the arms; coarse at the
+    boundary (not given: size). Groups: rock, frac, left, right, bottom, top, corner_sw, corner_se; with cut the sides are
+    parted at the arms, and named by side and sector: left_1, left_2, ...
     """
-    return _junction_mesh(kind, float(angle), size, length, side, cut, strike, coarse)
+    lengths = tuple(np.broadcast_to(length, len(arms)).tolist())
+    return _junction_mesh(tuple(map(float, arms)), float(size), lengths, sides, cut, coarse)
 
 
 @lru_cache(maxsize=64)
-def _junction_mesh(kind, angle, size, length, side, cut, strike, coarse):
-    import gmsh
-
-    arms = arms_of(kind, angle, strike)
-    half = side / 2
+def _junction_mesh(arms, size, lengths, sides, cut, coarse):
+    half = np.array(sides) / 2
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         geo = gmsh.model.geo
-        corners = {"sw": (-half, -half), "se": (half, -half), "ne": (half, half), "nw": (-half, half)}
-        rim = [(np.arctan2(y, x) % (2 * np.pi), geo.addPoint(x, y, 0), (x, y)) for x, y in corners.values()]
-        tags = {name: point for name, (_, point, _) in zip(corners, rim, strict=True)}
+        corners = {"sw": (-1, -1), "se": (1, -1), "ne": (1, 1), "nw": (-1, 1)}
+        places = {name: half * signs for name, signs in corners.items()}
+        rim = [(place, geo.addPoint(*place, 0)) for place in places.values()]
+        corner_point = {f"corner_{name}": rim[k][1] for k, name in enumerate(("sw", "se"))}
         centre = geo.addPoint(0, 0, 0)
-        curves, rim_arms = [], []
-        for arm in np.radians(arms):
+        curves = []
+        for arm, length in zip(np.radians(arms), lengths, strict=True):
             along = np.array([np.cos(arm), np.sin(arm)])
-            reach = half / np.abs(along).max() if cut else length
-            end = reach * along
-            if cut:
-                end = np.where(np.abs(np.abs(end) - half) < 1e-12, np.sign(end) * half, end)
-            at_corner = [p for _, p, place in rim if cut and np.hypot(*(end - place)) < 1e-9]
-            point = at_corner[0] if at_corner else geo.addPoint(*end, 0)
+            end = along * (np.min(half / np.maximum(np.abs(along), 1e-12)) if cut else length)
+            known = [point for place, point in rim if cut and np.hypot(*(end - place)) < EXACT]
+            point = known[0] if known else geo.addPoint(*end, 0)
             curves.append(geo.addLine(centre, point))
-            if cut and not at_corner:
-                rim.append((arm % (2 * np.pi), point, tuple(end)))
-                rim_arms.append(point)
-        rim.sort()
-        outline = [geo.addLine(one[1], other[1]) for one, other in zip(rim, rim[1:] + rim[:1], strict=True)]
+            if cut and not known:
+                rim.append((end, point))
+        rim.sort(key=lambda entry: np.arctan2(entry[0][1], entry[0][0]))
+        following = rim[1:] + rim[:1]
+        outline = [geo.addLine(one[1], other[1]) for one, other in zip(rim, following, strict=True)]
         surface = geo.addPlaneSurface([geo.addCurveLoop(outline)])
         geo.synchronize()
         gmsh.model.mesh.embed(1, curves, 2, surface)
         names = {}
-        for line, one, other in zip(outline, rim, rim[1:] + rim[:1], strict=True):
-            middle = (np.array(one[2]) + other[2]) / 2
-            sides = {"left": -middle[0], "right": middle[0], "bottom": -middle[1], "top": middle[1]}
-            name = max(sides, key=sides.get)
+        for line, one, other in zip(outline, rim, following, strict=True):
+            middle = (one[0] + other[0]) / 2
+            x, y = middle / half
+            name = max({"left": -x, "right": x, "bottom": -y, "top": y}.items(), key=lambda side: side[1])[0]
             if cut:
-                # Named by the block too: the sector its middle is in
-                name += f"_{sector_of(middle[None, :], arms)[0] + 1}"
+                name += f"_{sector_of(middle[None, :], np.array(arms))[0]}"
             names.setdefault(name, []).append(line)
         names["frac"] = curves
-        for name, lines in names.items():
-            gmsh.model.setPhysicalName(1, gmsh.model.addPhysicalGroup(1, lines), name)
-        for option in ("FromPoints", "FromCurvature", "ExtendFromBoundary"):
-            gmsh.option.setNumber(f"Mesh.MeshSize{option}", 0)
-        if coarse is None:
-            gmsh.option.setNumber("Mesh.MeshSizeMin", size)
-            gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-        else:
-            mesh_field = gmsh.model.mesh.field
-            distance = mesh_field.add("Distance")
-            mesh_field.setNumbers(distance, "EdgesList", curves)
-            mesh_field.setNumber(distance, "NNodesByEdge", 400)
-            graded = mesh_field.add("Threshold")
-            mesh_field.setNumber(graded, "InField" if gmsh.__version__ >= "4.8" else "IField", distance)
-            for option, value in zip(
-                ("SizeMin", "SizeMax", "DistMin", "DistMax"),
-                (size, coarse, length / 5, side / 2),
-                strict=True,
-            ):
-                mesh_field.setNumber(graded, option, value)
-            mesh_field.setAsBackgroundMesh(graded)
+        set_sizes(curves, size, coarse, min(lengths) / 5, half.min())
         gmsh.option.setNumber("Mesh.Algorithm", 6)
         gmsh.model.mesh.generate(2)
-        return _mesh_of_gmsh(names, surface, {f"corner_{name}": tags[name] for name in ("sw", "se")}), arms
+        groups = {1: names, 2: {"rock": [surface]}, 0: {name: [tag] for name, tag in corner_point.items()}}
+        return mesh_of_gmsh(groups)
     finally:
         gmsh.finalize()
 
 
-def _mesh_of_gmsh(names, surface, points):
-    """The present model of gmsh as a Mesh, without nodes that no triangle has."""
-    import gmsh
+def set_sizes(curves, size, coarse, near, far):
+    """Elements of a size, or of one that grows from size within `near` of the curves to coarse at `far` [m]."""
+    for option in ("FromPoints", "FromCurvature", "ExtendFromBoundary"):
+        gmsh.option.setNumber(f"Mesh.MeshSize{option}", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", coarse or size)
+    if coarse is None:
+        return
+    fields = gmsh.model.mesh.field
+    distance, graded = fields.add("Distance"), fields.add("Threshold")
+    fields.setNumbers(distance, "EdgesList", curves)
+    fields.setNumber(distance, "NNodesByEdge", 400)
+    fields.setNumber(graded, "InField", distance)
+    for option, value in (("SizeMin", size), ("SizeMax", coarse), ("DistMin", near), ("DistMax", far)):
+        fields.setNumber(graded, option, value)
+    fields.setAsBackgroundMesh(graded)
 
+
+def mesh_of_gmsh(groups):
+    """The present model of gmsh as a Mesh, without nodes that no triangle has; groups: dimension -> name -> entities."""
     tag, place, _ = gmsh.model.mesh.getNodes()
     number = np.zeros(int(tag.max()) + 1, dtype=int)
     number[tag.astype(int)] = np.arange(len(tag))
 
-    def elements(dimension, entity, corners):
-        nodes = gmsh.model.mesh.getElements(dimension, entity)[2][0]
-        return number[nodes.astype(int)].reshape(-1, corners)
+    def elements(dimension, entities):
+        found = [gmsh.model.mesh.getElements(dimension, entity)[2][0] for entity in entities]
+        return number[np.concatenate(found).astype(int)].reshape(-1, dimension + 1)
 
     xy = place.reshape(-1, 3)[:, :2].copy()
-    triangles = elements(2, surface, 3)
-    lines = {name: np.vstack([elements(1, curve, 2) for curve in curves]) for name, curves in names.items()}
-    nodes = {name: int(elements(0, point, 1)[0, 0]) for name, point in points.items()}
+    triangles = elements(2, groups[2]["rock"])
     used, back = np.unique(triangles, return_inverse=True)
     new = np.full(len(xy), -1)
     new[used] = np.arange(len(used))
     mesh = Mesh(
         xy[used],
         back.reshape(-1, 3),
-        {name: new[line] for name, line in lines.items()},
-        {name: int(new[node]) for name, node in nodes.items()},
+        {name: new[elements(1, curves)] for name, curves in groups[1].items()},
+        {name: int(new[elements(0, points)[0, 0]]) for name, points in groups[0].items()},
     )
     assert (areas(mesh.xy, mesh.triangles) > 0).all()
     return mesh
+
+
+def read_mesh(path):
+    """A mesh file of one rock, by way of gmsh."""
+    gmsh.initialize()
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(path))
+        groups = {0: {}, 1: {}, 2: {}}
+        for dimension, tag in gmsh.model.getPhysicalGroups():
+            name = gmsh.model.getPhysicalName(dimension, tag)
+            groups[dimension][name] = gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)
+        return mesh_of_gmsh(groups)
+    finally:
+        gmsh.finalize()
 
 
 def areas(xy, triangles):
@@ -316,45 +335,126 @@ class Scene:
     material: str = "density = 2700, poisson = 0.27"
 
 
-def small_slip(kind, angle, size, cycles=4, stress=(4e6, 8e6, 0.0), strike=25.0, **mesh_options):
-    """Arms that end in the rock, under a far-field stress (sxx, syy, sxy) [Pa], compression positive."""
-    mesh, arms = junction_mesh(kind, angle, size, strike=strike, **mesh_options)
+def far_field(mesh, stress):
+    """Boundaries of a far-field stress (sxx, syy, sxy) [Pa], compression positive, on all sides."""
     sxx, syy, sxy = stress
-    boundaries = [
+    sides = [
         {"group": side, "sxx": sxx, "syy": syy, "sxy": sxy} for side in ("left", "right", "bottom", "top")
     ]
-    # The stress is in balance: these hold what it leaves free, and carry nothing
-    boundaries += [{"group": "corner_sw", "vx": 0.0, "vy": 0.0}]
-    far = mesh.xy[mesh.points["corner_se"]] - mesh.xy[mesh.points["corner_sw"]]
-    boundaries += [{"group": "corner_se", "vy" if abs(far[0]) > abs(far[1]) else "vx": 0.0}]
-    return Scene(mesh, arms, mesh_options.get("length", 0.3), boundaries, [("load", cycles)], size)
+    # The stress is in balance: two corners hold what it leaves free, and carry nothing
+    assert {"corner_sw", "corner_se"} <= set(mesh.points)
+    return [*sides, {"group": "corner_sw", "vx": 0.0, "vy": 0.0}, {"group": "corner_se", "vy": 0.0}]
+
+
+def small_slip(kind, angle, size, cycles=4, stress=(4e6, 8e6, 0.0), strike=25.0, length=0.3):
+    """Arms that end in the rock, under a far-field stress."""
+    arms = arms_of(kind, angle, strike)
+    mesh = junction_mesh(arms, size, length)
+    return Scene(mesh, arms, length, far_field(mesh, stress), [("load", cycles)], size)
 
 
 def large_slip(kind, angle, size, slip, cycles=20, pressure=5e6, side=1.0):
     """Blocks above the through fracture pressed down, then driven along it by `slip` elements.
 
-    The arms cut the square. Blocks above the stem (and above the first arm of a Y or a kink) move; the others are held at
-    the boundary. Y and kink move away from the arm, which opens.
+    The arms cut the square. Blocks above the stem and the first arm move; the others are held at the boundary. Y and kink
+    move away from their first arm, which opens.
     """
-    mesh, arms = junction_mesh(kind, angle, size, side=side, cut=True)
+    arms = arms_of(kind, angle)
+    mesh = junction_mesh(arms, size, sides=(side, side), cut=True)
     way = -1.0 if kind in ("Y", "kink") else 1.0
-    stem = int(np.flatnonzero(arms == 180.0)[0])
-    # Sector k lies below arm k: those between the first arm and the stem move
-    moving = range(1, stem + 1)
+    # Sector k ends at arm k: those between the first arm and the stem move
+    moving = range(1, int(np.flatnonzero(arms == 180.0)[0]) + 1)
+    load = {"left": ("tx", 0.5), "right": ("tx", -0.5), "top": ("ty", -1.0)}
     boundaries = []
     for name in mesh.lines:
         if name == "frac":
             continue
         where, sector = name.split("_")
-        if int(sector) - 1 not in moving:
+        if int(sector) in moving:
+            key, factor = load[where]
+            boundaries.append({"group": name, "stage": "load", key: factor * pressure})
+            boundaries.append({"group": name, "stage": "slide", "vx": way * slip * size / cycles})
+        else:
             boundaries.append({"group": name, "vx": 0.0, "vy": 0.0})
-            continue
-        normal = {"left": (1, 0), "right": (-1, 0), "top": (0, -1), "bottom": (0, 1)}[where]
-        load = {"tx": 0.5 * pressure * normal[0]} if normal[0] else {"ty": pressure * normal[1]}
-        boundaries.append({"group": name, "stage": "load", **load})
-        boundaries.append({"group": name, "stage": "slide", "vx": way * slip * size / cycles})
-    boundaries = [boundary for boundary in boundaries if boundary]
     return Scene(mesh, arms, side / 2, boundaries, [("load", 2), ("slide", cycles)], size)
+
+
+def abutment(size=0.1):
+    """A fracture that meets another at 58 degrees between rollers, `junction_t58` of the issue."""
+    arms = np.array([0.0, 58.0, 180.0])
+    mesh = junction_mesh(arms, size, length=(0.6, 0.4, 0.6), sides=(2.0, 1.0))
+    boundaries = [
+        {"group": "bottom", "vy": 0.0},
+        {"group": "left", "vx": 0.0},
+        {"group": "right", "pressure": 4e6},
+        {"group": "top", "pressure": 8e6},
+    ]
+    return Scene(mesh, arms, 0.4, boundaries, [("load", 4)], size, material="density = 2700, poisson = 0.25")
+
+
+def crossing_faults(size=0.045, load=15e6, cycles=5):
+    """Two faults that cross at 60 degrees in a wide plate pressed along their bisector, `x_crossing` of the issue."""
+    arms = np.array([60.0, 120.0, 240.0, 300.0])
+    mesh = junction_mesh(arms, size, length=0.5, sides=(6.0, 6.0), coarse=0.6)
+    return Scene(mesh, arms, 0.5, far_field(mesh, (0.0, load, 0.0)), [("load", cycles)], size, young=3e9)
+
+
+def network(traces, size, folder):
+    """A map of traces under the stresses of phases I and II-B, its mesh by input/network/make_mesh.py."""
+    out = Path(folder) / "network.msh"
+    command = [
+        sys.executable,
+        "make_mesh.py",
+        Path(traces).resolve(),
+        "--size",
+        str(size),
+        "--out",
+        out.resolve(),
+    ]
+    subprocess.run(command, cwd=TOP / "input" / "network", check=True, capture_output=True)
+    mesh = read_mesh(out)
+    # Variants turn about the origin: any, for coordinates that are multiples of the least distance between numbers
+    phases = (("phase_1", (5e6, 5e6, 0.0)), ("phase_2b", (15e6, 5e6, 0.0)))
+    boundaries = []
+    for phase, stress in phases:
+        for boundary in far_field(mesh, stress):
+            held = boundary["group"].startswith("corner")
+            if not held:
+                boundaries.append({**boundary, "stage": phase})
+            elif phase == "phase_1":
+                boundaries.append(boundary)
+    mesh = replace(mesh, lines={"frac" if name == "fractures" else name: v for name, v in mesh.lines.items()})
+    return Scene(mesh, np.zeros(0), 0.0, boundaries, [(phase, 10) for phase, _ in phases], size)
+
+
+def turned_arms(scene, arms):
+    """The scene with its arms turned to other directions, the mesh drawn with them: the same triangles, a little deformed.
+
+    Angles are stretched between arms, the corners of the square stay, and places keep their part of the way to the boundary.
+    """
+    half = np.abs(scene.mesh.xy).max(axis=0)
+    rim = np.degrees(np.arctan2(half[1] * np.array([1, 1, -1, -1]), half[0] * np.array([1, -1, -1, 1]))) % 360
+
+    def reach(angle):
+        along = np.abs([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+        return np.min(half[:, None] / np.maximum(along, 1e-12), axis=0)
+
+    old, new = np.append(scene.arms, rim), np.append(arms, rim)
+    order = np.argsort(old)
+    old, new = old[order], new[order]
+    assert (np.diff(new) > 0).all(), "an arm would pass a corner"
+    knots = [np.concatenate([k[-1:] - 360, k, k[:1] + 360]) for k in (old, new)]
+    angle = np.degrees(np.arctan2(*scene.mesh.xy.T[::-1])) % 360
+    turned = np.interp(angle, *knots)
+    far = np.hypot(*scene.mesh.xy.T) * reach(turned) / reach(angle)
+    xy = far[:, None] * np.stack([np.cos(np.radians(turned)), np.sin(np.radians(turned))], axis=1)
+    # The boundary stays where it is to the last bit
+    for axis in range(2):
+        on = np.abs(np.abs(scene.mesh.xy[:, axis]) - half[axis]) < EXACT
+        xy[on, axis] = scene.mesh.xy[on, axis]
+    mesh = replace(scene.mesh, xy=xy)
+    assert (areas(mesh.xy, mesh.triangles) > 0).all(), "turned too far"
+    return replace(scene, mesh=mesh, arms=np.array(arms))
 
 
 def deck_text(scene, variant, solver, law, coupling="paper", contact="wall", options=""):
@@ -383,6 +483,9 @@ def deck_text(scene, variant, solver, law, coupling="paper", contact="wall", opt
         lines.append(f"&stage name = '{name}', cycles = {cycles}, move_time = {MOVE[solver]!r}{rest} /")
     if solver == "explicit":
         lines.append("&explicit damping = 'local' /")
+    # Rock in rock is looked for ten times a stage
+    every = max(1, max(cycles for _, cycles in scene.stages) // 10)
+    lines.append(f"&output fields_every = {every} /")
     return "\n".join([*lines, options, ""])
 
 
@@ -405,7 +508,8 @@ class Answer:
     edge: np.ndarray  # block edge of each joint, from 0 (joints)
     values: dict  # name -> (joints): slip (signed), slip_size, aperture, normal_stress, shear_stress, opening, closure, dilation
     xy: np.ndarray  # before any motion (nodes, 2) [m]
-    moved: np.ndarray  # after it (nodes, 2) [m]
+    moved: list  # at each snapshot (nodes, 2) [m]
+    allowed: list  # then, overlap of rock: closure plus 1 % of the slip [mm]
     triangles: np.ndarray
     table: dict  # of edges.csv: mean slip, largest slip, mean aperture, largest aperture of each block edge
     seconds: float = 0.0
@@ -481,7 +585,8 @@ def read_answer(directory, variant, seconds=0.0):
             ("largest_aperture", "largest_aperture_mm"),
         )
     }
-    moved = mesh.coordinates + fields.read("displacement")
+    steps = range(len(fields.steps))
+    coupled = results.deck.joint("frac").get("coupling", "paper") == "coupled"
     triangles = mesh.triangles[:, ::-1] if variant.mirrors else mesh.triangles
     return Answer(
         middle=line.mean(axis=1),
@@ -489,7 +594,8 @@ def read_answer(directory, variant, seconds=0.0):
         edge=mesh.block_edge - 1,
         values=values,
         xy=mesh.coordinates @ back,
-        moved=moved @ back,
+        moved=[(mesh.coordinates + fields.read("displacement", step)) @ back for step in steps],
+        allowed=[allowed_overlap(fields, step, line, mesh.block_edge, coupled) for step in steps],
         triangles=triangles,
         table=table,
         seconds=seconds,
@@ -502,8 +608,6 @@ def read_answer(directory, variant, seconds=0.0):
 
 def in_order_of(answer, reference):
     """The answer with joints and block edges numbered as in the reference: matched by place."""
-    from scipy.spatial import cKDTree
-
     off, which = cKDTree(answer.middle).query(reference.middle)
     assert len(answer.middle) == len(reference.middle), "another number of joint elements"
     assert off.max() < EXACT, f"a joint element is {off.max():.1e} m from its place"
@@ -527,27 +631,33 @@ def in_order_of(answer, reference):
 def differences(answer, reference):
     """Per quantity: largest difference of block edges' means over the largest of the scene, and over the edge's own.
 
-    Slips less than a hundredth of the largest are left out of the second.
+    Slip is compared signed and in size, as in edges.csv; its own of an edge is the mean size. Edges that slip less than a
+    hundredth of the largest are left out of the second.
     """
     answer = in_order_of(answer, reference)
+    pairs = {name: [(answer.of_edges(name), reference.of_edges(name))] for name in QUANTITIES}
+    pairs["slip"].append((answer.table["slip_size"], reference.table["slip_size"]))
+    pairs["aperture"].append((answer.table["aperture"], reference.table["aperture"]))
     found = {}
-    for name in QUANTITIES:
-        one, other = answer.of_edges(name), reference.of_edges(name)
-        # Means of magnitudes too, as in edges.csv
-        pairs = [(one, other)]
-        if name in reference.table:
-            pairs.append((answer.table[name], reference.table[name]))
-        if name == "slip":
-            pairs.append((answer.table["slip_size"], reference.table["slip_size"]))
-        scene = edge = 0.0
-        for a, b in pairs:
-            largest = np.abs(b).max()
-            off = np.abs(a - b)
-            scene = max(scene, off.max() / largest if largest else float(off.max() > 0))
-            felt = np.abs(b) > LEAST * largest
-            edge = max(edge, (off[felt] / np.abs(b[felt])).max() if felt.any() else 0.0)
-        found[name] = (float(scene), float(edge))
+    for name, compared in pairs.items():
+        own = np.abs(compared[-1][1])
+        off = np.max([np.abs(one - other) for one, other in compared], axis=0)
+        largest = own.max()
+        felt = own > LEAST * largest
+        found[name] = (
+            float(off.max() / largest) if largest else float(off.max() > 0),
+            float((off[felt] / own[felt]).max()) if felt.any() else float(off.max() > 0),
+        )
     return found
+
+
+def mean_difference(answer, reference):
+    """Largest relative difference of the means of slip (its size), aperture and normal stress over all joints."""
+    found = 0.0
+    for name in ("slip_size", "aperture", "normal_stress"):
+        one, other = (np.average(a.values[name], weights=a.length) for a in (answer, reference))
+        found = max(found, abs(one - other) / abs(other) if other else float(one != other))
+    return float(found)
 
 
 @dataclass
@@ -558,49 +668,65 @@ class Overlap:
     depth: float = 0.0  # deepest place [mm]
     place: tuple = (0.0, 0.0)  # of it [m]
     allowed: float = 0.0  # closure plus 1 % of the slip [mm]
-    between: list = field(default_factory=list)  # sectors that overlap, with area [mm2] and depth [mm]
 
 
 def overlap(answer, scene, reach=None):
-    """Overlap of the blocks between the arms, from the deformed triangles.
+    """Overlap of the blocks between the arms at the snapshot where it passes what is allowed most.
 
-    A block is what lies between two arms, out to `reach` (m; not given: 0.8 of the arms). The depth is that of the
-    deepest corner of the overlap in either of the two blocks: how far it is to the block's boundary.
+    A block is what lies between two arms, out to `reach` (m; not given: 0.8 of the arms). The depth is that of the deepest
+    corner of the overlap in either of the two blocks: how far it is to the block's boundary. Nothing for a network, which
+    has no arms.
     """
-    from shapely.geometry import MultiPolygon, Point, Polygon
-    from shapely.ops import unary_union
-
+    if not len(scene.arms):
+        return Overlap()
     reach = reach or 0.8 * scene.reach
     centre = answer.xy[answer.triangles].mean(axis=1)
     near = np.hypot(*centre.T) < reach
-    sector = sector_of(centre, scene.arms)
-    blocks = {}
-    for k in np.unique(sector[near]):
-        chosen = answer.triangles[near & (sector == k)]
-        blocks[int(k)] = unary_union([Polygon(answer.moved[nodes]) for nodes in chosen])
-    result = Overlap(allowed=allowed_overlap(answer))
-    for one, other in itertools.combinations(sorted(blocks), 2):
-        common = blocks[one].intersection(blocks[other])
-        if common.area == 0.0:
-            continue
-        parts = [common] if isinstance(common, Polygon) else getattr(common, "geoms", [])
-        deepest = 0.0
-        for part in parts:
-            if not isinstance(part, (Polygon, MultiPolygon)):
+    triangles, sector = answer.triangles[near], sector_of(centre[near], scene.arms)
+    found = [
+        _overlap(moved, triangles, sector, most)
+        for moved, most in zip(answer.moved, answer.allowed, strict=True)
+    ]
+    return max(found, key=lambda one: one.depth - one.allowed)
+
+
+def _overlap(moved, triangles, sector, allowed):
+    blocks = [
+        unary_union([Polygon(moved[nodes]) for nodes in triangles[sector == k]]) for k in np.unique(sector)
+    ]
+    result = Overlap(allowed=allowed)
+    for one, other in itertools.combinations(blocks, 2):
+        common = one.intersection(other)
+        result.area += common.area
+        for part in getattr(common, "geoms", [common]):
+            if not isinstance(part, Polygon):
                 continue
             for corner in part.exterior.coords:
-                depth = 1e3 * max(Point(corner).distance(blocks[k].boundary) for k in (one, other))
-                deepest = max(deepest, depth)
+                depth = 1e3 * max(Point(corner).distance(block.boundary) for block in (one, other))
                 if depth > result.depth:
                     result.depth, result.place = depth, tuple(corner)
-        result.area += common.area
-        result.between.append((one, other, 1e6 * common.area, deepest))
     return result
 
 
-def allowed_overlap(answer):
-    """Largest closure of a joint element plus 1 % of the largest slip [mm]"""
-    return float(answer.values["closure"].max() + CORNER * answer.values["slip_size"].max())
+def allowed_overlap(fields, step, line, block_edge, coupled):
+    """Largest closure of a joint plus 1 % of the largest slip [mm].
+
+    The closure of a joint element is a mean over it: at its ends it is continued from its neighbours. Of walls that ride on
+    their asperities (coupling = 'coupled') what overlaps is the closure less the dilation.
+    """
+    closure = fields.read("closure_mm", step)
+    if coupled:
+        closure = closure - fields.read("dilation_mm", step)
+    most = closure.max()
+    ends = {}
+    for joint, places in enumerate(np.round(line, 9)):
+        for place in places:
+            ends.setdefault((block_edge[joint], *place), []).append(joint)
+    for one, other in (joints for joints in ends.values() if len(joints) == 2):
+        length = np.hypot(*(line[[one, other], 1] - line[[one, other], 0]).T)
+        slope = (closure[one] - closure[other]) / length.sum()
+        most = max(most, closure[one] + slope * length[0], closure[other] - slope * length[1])
+    return float(most + CORNER * np.abs(fields.read("shear_displacement_mm", step)).max())
 
 
 def at_crossing(answer, scene):
@@ -646,6 +772,7 @@ def compare(scene, folder, variants=tuple(VARIANTS), **options):
         for quantity, (of_scene, of_edge) in differences(answer, reference).items():
             row[f"{quantity}_scene"], row[f"{quantity}_edge"] = of_scene, of_edge
         row |= {
+            "means": mean_difference(answer, reference),
             "largest_slip_mm": float(answer.values["slip_size"].max()),
             "overlap_mm": rock.depth,
             "allowed_mm": rock.allowed,
@@ -662,7 +789,7 @@ def print_rows(rows):
     print(
         f"{'variant':28}"
         + "".join(f"{c:>20}" for c in columns)
-        + f"{'slip mm':>10}{'overlap mm':>12}{'allowed':>10}"
+        + f"{'means':>10}{'slip mm':>10}{'overlap mm':>12}{'allowed':>10}"
     )
     for row in rows:
         if row["message"]:
@@ -671,14 +798,142 @@ def print_rows(rows):
         print(
             f"{row['variant']:28}"
             + "".join(f"{row[c]:20.2e}" for c in columns)
-            + f"{row['largest_slip_mm']:10.4g}{row['overlap_mm']:12.4g}{row['allowed_mm']:10.4g}"
+            + f"{row['means']:10.1e}{row['largest_slip_mm']:10.4g}{row['overlap_mm']:12.4g}{row['allowed_mm']:10.4g}"
         )
 
 
-def main():
+def series(arguments, folder):
+    """Rows of the whole matrix, as they are found."""
+    for kind, angle, law, slip, solver in itertools.product(
+        arguments.kinds, arguments.angles, arguments.laws, arguments.slips, arguments.solvers
+    ):
+        scene = scene_of(kind, angle, arguments.size, slip, arguments.cycles)
+        options = {"coupling": arguments.coupling, "contact": arguments.contact}
+        rows, reference = compare(
+            scene, folder, arguments.variants, solver=solver, law=law, timeout=arguments.timeout, **options
+        )
+        head = {"kind": kind, "angle": angle, "law": law, "slip": slip, "solver": solver, **options}
+        for row in rows:
+            yield {**head, **row}
+        if solver == "implicit":
+            by_implicit = reference
+        elif reference is not None and "implicit" in arguments.solvers and by_implicit is not None:
+            # Another solver, the same scene as drawn
+            off = differences(reference, by_implicit)
+            row = {f"{name}_{over}": off[name][k] for name in off for k, over in enumerate(("scene", "edge"))}
+            yield {**head, "variant": "against_implicit", **row, "message": ""}
+
+
+JUMP_ANGLES = (57.0, 59.0, 61.0, 63.0)
+
+
+def jump(kind, folder, slip=0.0, size=0.05, strike=25.0, **options):
+    """What each quantity changes from 59 to 61 degrees beyond the mean of the changes from 57 to 59 and from 61 to 63, over
+    the largest of the scene; on one mesh whose arms are turned."""
+    scene = scene_of(kind, 60.0, size, slip)
+    strike = 0.0 if slip else strike
+    answers = []
+    for angle in JUMP_ANGLES:
+        turned = turned_arms(scene, arms_of(kind, angle, strike))
+        answers.append(run(turned, VARIANTS["drawn"], Path(folder) / f"{angle:g}", **options))
+    found = {}
+    for name in QUANTITIES:
+        values = np.array([answer.of_edges(name) for answer in answers])
+        steps = np.diff(values, axis=0)
+        beyond = steps[1] - (steps[0] + steps[2]) / 2
+        found[name] = float(np.abs(beyond).max() / np.abs(values).max())
+    return found
+
+
+def jumps(arguments, folder):
+    """Rows of the jumps at 60 degrees."""
+    for kind, law, slip, solver in itertools.product(
+        arguments.kinds, arguments.laws, arguments.slips, arguments.solvers
+    ):
+        row = {"kind": kind, "law": law, "slip": slip, "solver": solver}
+        options = {"solver": solver, "law": law, "coupling": arguments.coupling, "contact": arguments.contact}
+        try:
+            off = jump(kind, folder, slip, arguments.size, timeout=arguments.timeout, **options)
+            yield {**row, **off, "message": ""}
+        except RunError as error:
+            yield {**row, "message": str(error)}
+
+
+REFINE_SIZES = (0.05, 0.025, 0.0125, 0.00625)
+REFINE_LOADS = (0.15e6, 1.5e6, 15e6, 30e6)
+DISTANCES = (0.02, 0.05, 0.1, 0.2, 0.35)  # from the crossing [m]
+# As stiff as what the potential has at these sizes: the slip is the faults', not the springs'
+STIFF = "law = 'coulomb', friction_angle = 20, kn_mpa_mm = 1e4, ks_mpa_mm = 1e4"
+SOFT = "law = 'coulomb', friction_angle = 20, kn_mpa_mm = 1e3, ks_mpa_mm = 1"
+
+
+def refined(size, load, contact, folder, law=STIFF, cycles=5, timeout=1800):
+    """Slip over load of crossing faults [mm/MPa]: of each arm in the mean, and at distances from the crossing."""
+    scene = crossing_faults(size, load, cycles)
+    solver = "implicit" if contact == "wall" else "relaxation"
+    answer = run(scene, VARIANTS["drawn"], folder, solver, law, contact=contact, timeout=timeout)
+    rock = overlap(answer, scene)
+    direction = np.degrees(np.arctan2(*answer.middle.T[::-1])) % 360
+    far, slip = np.hypot(*answer.middle.T), answer.values["slip_size"] / (load / 1e6)
+    row, at = {}, []
+    for arm in scene.arms:
+        on = np.flatnonzero(np.abs(direction - arm) < 1.0)
+        on = on[np.argsort(far[on])]
+        row[f"arm_{arm:.0f}"] = float(np.average(slip[on], weights=answer.length[on]))
+        at.append(np.interp(DISTANCES, far[on], slip[on]))
+    row["mean"] = float(np.mean(list(row.values())))
+    row |= {f"at_{d:g}": float(value) for d, value in zip(DISTANCES, np.mean(at, axis=0), strict=True)}
+    largest = float(answer.values["slip_size"].max())
+    return row | {
+        "largest_slip_mm": largest,
+        "overlap_mm": rock.depth,
+        "allowed_mm": rock.allowed,
+        "seconds": answer.seconds,
+    }
+
+
+def refinement(arguments, folder):
+    """Rows of wall contact and potential contact at every size and load, and what the two differ by."""
+    law = SOFT if arguments.soft else STIFF
+    for size, load in itertools.product(arguments.sizes, arguments.loads):
+        head, means = {"size": size, "load_MPa": load / 1e6}, {}
+        for contact in arguments.contacts:
+            try:
+                row = refined(size, load, contact, folder, law, timeout=arguments.timeout)
+                means[contact] = row["mean"]
+                yield {**head, "contact": contact, **row, "message": ""}
+            except RunError as error:
+                yield {**head, "contact": contact, "message": str(error)}
+        if len(means) == 2:
+            off = means["wall"] / means["potential"] - 1
+            yield {**head, "contact": "wall over potential - 1", "mean": off, "message": ""}
+
+
+def write_rows(rows, path):
+    """Rows to a CSV file and, shorter, to the screen, as they come."""
+    rows = iter(rows)
+    kept = []
+    for row in rows:
+        kept.append(row)
+        print(" ".join(f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()), flush=True)
+        names = list(dict.fromkeys(name for one in kept for name in one if name != "message"))
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, [*names, "message"], restval="")
+            writer.writeheader()
+            writer.writerows(kept)
+    return kept
+
+
+def arguments_of(words=None):
+    """The command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--series", action="store_true", help="the whole matrix")
+    what.add_argument("--jump", action="store_true", help="from 59 to 61 degrees")
+    what.add_argument("--refine", action="store_true", help="crossing faults, finer and finer")
+    what.add_argument("--network", help="a map of traces (CSV)")
     parser.add_argument("--kind", choices=KINDS, default="X")
     parser.add_argument("--angle", type=float, default=59.0, help="degrees (default 59)")
     parser.add_argument("--size", type=float, default=0.05, help="element size (m; default 0.05)")
@@ -692,20 +947,49 @@ def main():
     parser.add_argument("--contact", choices=("wall", "potential"), default="wall")
     parser.add_argument("--variants", nargs="+", choices=list(VARIANTS), default=list(VARIANTS))
     parser.add_argument("--folder", type=Path, help="where the runs go (default: a folder that is removed)")
-    arguments = parser.parse_args()
-    scene = scene_of(arguments.kind, arguments.angle, arguments.size, arguments.slip, arguments.cycles)
+    parser.add_argument("--out", help="CSV file of --series, --jump and --refine")
+    parser.add_argument("--timeout", type=float, default=600, help="of a run (s; default 600)")
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, help="of --series and --jump")
+    parser.add_argument("--angles", nargs="+", type=float, default=ANGLES, help="of --series")
+    parser.add_argument("--laws", nargs="+", choices=list(LAWS), default=list(LAWS))
+    parser.add_argument("--solvers", nargs="+", choices=SOLVERS, default=SOLVERS)
+    parser.add_argument("--slips", nargs="+", type=float, default=(0.0, 3.0), help="in elements; 0: small")
+    parser.add_argument("--sizes", nargs="+", type=float, default=REFINE_SIZES, help="of --refine (m)")
+    parser.add_argument("--loads", nargs="+", type=float, default=REFINE_LOADS, help="of --refine (Pa)")
+    parser.add_argument("--contacts", nargs="+", default=("wall", "potential"), help="of --refine")
+    parser.add_argument(
+        "--soft", action="store_true", help="--refine with the springs of x_crossing (walls only)"
+    )
+    return parser.parse_args(words)
+
+
+def main():
+    arguments = arguments_of()
     with tempfile.TemporaryDirectory() as temporary:
+        folder = arguments.folder or Path(temporary)
+        for chosen, rows in (("series", series), ("jump", jumps), ("refine", refinement)):
+            if getattr(arguments, chosen):
+                write_rows(rows(arguments, folder), arguments.out or f"{chosen}.csv")
+                return
+        if arguments.network:
+            folder.mkdir(parents=True, exist_ok=True)
+            scene = network(arguments.network, arguments.size, folder)
+        else:
+            scene = scene_of(
+                arguments.kind, arguments.angle, arguments.size, arguments.slip, arguments.cycles
+            )
         rows, reference = compare(
             scene,
-            arguments.folder or temporary,
+            folder,
             arguments.variants,
             solver=arguments.solver,
             law=arguments.law,
             coupling=arguments.coupling,
             contact=arguments.contact,
+            timeout=arguments.timeout,
         )
     print_rows(rows)
-    if reference is not None:
+    if reference is not None and len(scene.arms):
         print("\njoint elements at the junction")
         names = list(reference.values)
         print(f"{'arm':>8}" + "".join(f"{name:>15}" for name in names))

@@ -1,24 +1,229 @@
-"""Junctions of fractures do not know how their mesh was drawn (tests/junctions.py says how that is measured)."""
+"""Junctions of fractures do not know how their mesh was drawn, and corners do not pass through each other.
+
+tests/junctions.py has the scenes, says how differences and overlaps are measured, and runs more of them.
+"""
 
 import itertools
 
 import junctions
+import numpy as np
 import pytest
+from scene import TOP
 
-# One angle on either side of 60 degrees, where walls used to go on or to end
+MAP = TOP / "input" / "network" / "two_sets.csv"
+SIZE = 0.05
+# Beyond what the changes on either side of 60 degrees explain: on one mesh, with walls that meet alike, below 1e-3
+NO_JUMP = 1e-3
+# Wall contact against potential contact
+CONTACTS = 0.02
+
+
+def check_rows(rows, edges=None):
+    """Every variant as drawn: of the scene's largest to 1e-3; with `edges`, means to 1e-3 and each block edge to that."""
+    junctions.print_rows(rows)
+    assert not [row["message"] for row in rows if row["message"]]
+    for row in rows:
+        for quantity in junctions.QUANTITIES:
+            over = "scene" if edges is None else "edge"
+            off = row[f"{quantity}_{over}"]
+            assert off <= (edges or junctions.SAME), f"{row['variant']}: {quantity} differs by {off:.1e}"
+        if edges is not None:
+            assert row["means"] <= junctions.SAME, f"{row['variant']}: means differ by {row['means']:.1e}"
+        assert row["overlap_mm"] <= row["allowed_mm"], f"{row['variant']}: rock in rock"
+
+
+def check(scene, folder, variants=tuple(junctions.VARIANTS), edges=None, **options):
+    rows, _ = junctions.compare(scene, folder, variants, **options)
+    check_rows(rows, edges)
+
+
+@pytest.fixture
+def folder(tmp_path, femdem):
+    assert femdem.is_file()
+    return tmp_path
+
+
+# The harness itself
+
+
+@pytest.mark.tools
+@pytest.mark.parametrize("kind", junctions.KINDS)
+@pytest.mark.parametrize("name", junctions.VARIANTS)
+def test_variants_are_the_same_mesh(name, kind):
+    variant = junctions.VARIANTS[name]
+    scene = junctions.large_slip(kind, 30, 0.1, 1)
+    changed = junctions.changed_mesh(scene.mesh, variant)
+    assert (junctions.areas(changed.xy, changed.triangles) > 0).all()
+
+    def places(mesh, nodes, matrix):
+        """Corners of elements as a set: no number, no order, no rounding"""
+        return {frozenset(map(tuple, corners)) for corners in (mesh.xy @ matrix + 0.0)[nodes].tolist()}
+
+    back = variant.array.astype(float)
+    as_drawn = np.eye(2)
+    assert places(changed, changed.triangles, back) == places(scene.mesh, scene.mesh.triangles, as_drawn)
+    for group, lines in scene.mesh.lines.items():
+        assert places(changed, changed.lines[group], back) == places(scene.mesh, lines, as_drawn)
+    for group, node in scene.mesh.points.items():
+        assert places(changed, [[changed.points[group]]], back) == places(scene.mesh, [[node]], as_drawn)
+    assert (name == "drawn") == np.array_equal(changed.xy, scene.mesh.xy)
+
+
+@pytest.mark.tools
+def test_loads_turn_with_the_mesh():
+    turned = junctions.VARIANTS["turned_90"]
+    mirrored = junctions.VARIANTS["mirrored"]
+    assert junctions.changed_group({"group": "g", "vx": 2.0}, turned) == {"group": "g", "vy": 2.0}
+    assert junctions.changed_group({"group": "g", "vy": 2.0}, turned) == {"group": "g", "vx": -2.0}
+    assert junctions.changed_group({"tx": 1.0, "ty": 2.0}, mirrored) == {"tx": -1.0, "ty": 2.0}
+    stress = {"sxx": 1.0, "syy": 2.0, "sxy": 3.0}
+    assert junctions.changed_group(stress, turned) == {"sxx": 2.0, "syy": 1.0, "sxy": -3.0}
+    assert junctions.changed_group(stress, mirrored) == {"sxx": 1.0, "syy": 2.0, "sxy": -3.0}
+    assert junctions.changed_group({"pressure": 5.0}, turned) == {"pressure": 5.0}
+
+
+def blocks_of(mesh, shift):
+    """An answer in which what lies right of x = 0 has moved by `shift` [m], its walls apart."""
+    centre = mesh.xy[mesh.triangles].mean(axis=1)
+    right = centre[:, 0] > 0
+    moved = np.vstack([mesh.xy, mesh.xy + shift])
+    triangles = np.where(right[:, None], mesh.triangles + len(mesh.xy), mesh.triangles)
+    xy = np.vstack([mesh.xy, mesh.xy])
+    nothing = np.zeros(0)
+    return junctions.Answer(
+        nothing, nothing, nothing, {}, xy, [moved, moved], allowed=[2.0, 0.5], triangles=triangles, table={}
+    )
+
+
+@pytest.mark.tools
+def test_overlap_is_how_deep_rock_is_in_rock():
+    arms = np.array([90.0, 270.0])
+    mesh = junctions.junction_mesh(arms, 0.1, cut=True)
+    scene = junctions.Scene(mesh, arms, 0.5, [], [], 0.1)
+    rock = junctions.overlap(blocks_of(mesh, np.array([-1e-3, 0.0])), scene)
+    assert rock.depth == pytest.approx(1.0, rel=1e-9)
+    assert rock.allowed == 0.5  # that of the snapshot where it is passed most
+    assert rock.area == pytest.approx(1e-3 * 0.8, rel=0.2)  # walls out to 0.8 of the arms, by whole triangles
+    apart = junctions.overlap(blocks_of(mesh, np.array([1e-3, 0.0])), scene)
+    assert apart.depth == apart.area == 0.0
+
+
+@pytest.mark.tools
+def test_a_turned_arm_is_where_it_should_be():
+    scene = junctions.large_slip("X", 60, 0.1, 1)
+    arms = junctions.arms_of("X", 57)
+    turned = junctions.turned_arms(scene, arms)
+    nodes = np.unique(turned.mesh.lines["frac"])
+    nodes = nodes[np.hypot(*turned.mesh.xy[nodes].T) > 1e-9]
+    angle = np.degrees(np.arctan2(*turned.mesh.xy[nodes].T[::-1])) % 360
+    off = np.abs((angle[:, None] - arms + 180) % 360 - 180).min(axis=1)
+    assert off.max() < 1e-9
+    assert np.abs(turned.mesh.xy).max() == 0.5
+
+
+# What the issue asks for
+
+TWO = [
+    pytest.param("T", 59, 0.0, marks=pytest.mark.fast),
+    pytest.param("kink", 59, 0.0, marks=pytest.mark.fast),
+    pytest.param("X", 59, 3.0, marks=pytest.mark.fast),
+]
 CASES = [
-    (kind, angle, slip) for kind, angle, slip in itertools.product(junctions.KINDS, (30, 59, 61, 90), (0, 3))
+    case
+    for case in itertools.product(junctions.KINDS, junctions.ANGLES, (0.0, 3.0))
+    if case not in [tuple(case.values) for case in TWO]
 ]
 
 
-@pytest.mark.parametrize(("kind", "angle", "slip"), CASES)
-def test_the_drawing_does_not_matter(kind, angle, slip, tmp_path, femdem):
-    assert femdem.is_file()
-    rows, _ = junctions.compare(junctions.scene_of(kind, angle, 0.05, slip), tmp_path)
-    junctions.print_rows(rows)
-    assert not any(row["message"] for row in rows)
-    for row in rows:
-        for quantity in junctions.QUANTITIES:
-            off = row[f"{quantity}_scene"]
-            assert off <= junctions.SAME, f"{row['variant']}: {quantity} differs by {off:.1e}"
-        assert row["overlap_mm"] <= row["allowed_mm"], f"{row['variant']}: rock in rock"
+@pytest.mark.parametrize(("kind", "angle", "slip"), [*TWO, *CASES])
+def test_the_drawing_does_not_matter(kind, angle, slip, folder):
+    check(junctions.scene_of(kind, angle, SIZE, slip), folder)
+
+
+@pytest.mark.parametrize("law", ["jcm_mean", "coulomb"])
+@pytest.mark.parametrize(
+    ("kind", "angle", "slip"), itertools.product(junctions.KINDS, (30, 59, 61), (0.0, 3.0))
+)
+def test_the_drawing_does_not_matter_to_any_law(kind, angle, slip, law, folder):
+    check(
+        junctions.scene_of(kind, angle, SIZE, slip), folder, ["mirrored", "turned_90", "renumbered"], law=law
+    )
+
+
+@pytest.mark.parametrize("kind", junctions.KINDS)
+def test_the_drawing_does_not_matter_to_walls_that_ride(kind, folder):
+    check(junctions.scene_of(kind, 59, SIZE), folder, coupling="coupled")
+
+
+@pytest.mark.parametrize("solver", ["relaxation", "explicit"])
+@pytest.mark.parametrize(("kind", "angle"), [("T", 59), ("X", 30), ("kink", 59)])
+def test_the_drawing_does_not_matter_to_any_solver(kind, angle, solver, folder):
+    check(
+        junctions.scene_of(kind, angle, SIZE), folder, ["mirrored", "turned_90", "renumbered"], solver=solver
+    )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("law", junctions.LAWS)
+@pytest.mark.parametrize("solver", ["relaxation", "explicit"])
+@pytest.mark.parametrize(("kind", "angle"), itertools.product(junctions.KINDS, junctions.ANGLES))
+def test_the_drawing_does_not_matter_long(kind, angle, solver, law, folder):
+    for slip in (0.0, 3.0):
+        check(junctions.scene_of(kind, angle, SIZE, slip), folder, solver=solver, law=law)
+
+
+@pytest.mark.parametrize("kind", junctions.KINDS)
+@pytest.mark.parametrize("slip", [0.0, 3.0])
+@pytest.mark.parametrize("law", ["jcm", "coulomb"])
+def test_no_jump_at_sixty_degrees(kind, slip, law, folder):
+    off = junctions.jump(kind, folder, slip, SIZE, law=law)
+    print(kind, law, slip, off)
+    assert max(off.values()) <= NO_JUMP
+
+
+@pytest.mark.fast
+def test_an_abutment_at_58_degrees(folder):
+    """Slip of the arms was 0.024, 0.034, 0.027 mm, and 0.006, 0.027, 0.015 when mirrored."""
+    check(junctions.abutment(), folder)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("size", [0.045, 0.02])
+def test_corners_of_crossing_faults(size, folder):
+    """Opposite corners overlapped by 0.83 mm at 1.5 mm of slip: now at most by the closure, not even 1 % of the slip."""
+    scene = junctions.crossing_faults(size)
+    answer = junctions.run(scene, junctions.VARIANTS["drawn"], folder, law=junctions.SOFT)
+    rock = junctions.overlap(answer, scene)
+    slip = answer.values["slip_size"].max()
+    print(
+        f"{rock.depth:.3g} mm overlap at {slip:.3g} mm slip; {rock.allowed - junctions.CORNER * slip:.3g} mm closure"
+    )
+    assert slip > 1.0
+    assert rock.depth <= rock.allowed
+
+
+@pytest.mark.parametrize("load", [0.15e6, 15e6])
+def test_walls_and_potential_of_crossing_faults(load, folder):
+    means = {
+        contact: junctions.refined(0.05, load, contact, folder)["mean"] for contact in ("wall", "potential")
+    }
+    print(means)
+    assert means["wall"] == pytest.approx(means["potential"], rel=CONTACTS)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("load", junctions.REFINE_LOADS)
+@pytest.mark.parametrize("size", junctions.REFINE_SIZES)
+def test_walls_and_potential_of_crossing_faults_long(size, load, folder):
+    means = {
+        contact: junctions.refined(size, load, contact, folder)["mean"] for contact in ("wall", "potential")
+    }
+    assert means["wall"] == pytest.approx(means["potential"], rel=CONTACTS)
+
+
+@pytest.mark.parametrize("size", [0.08, pytest.param(0.015, marks=pytest.mark.long)])
+@pytest.mark.parametrize("law", [pytest.param("jcm", marks=pytest.mark.fast), "jcm_mean", "coulomb"])
+def test_the_drawing_does_not_matter_to_a_network(size, law, folder):
+    """Means to 1e-3, every block edge to 1 %."""
+    scene = junctions.network(MAP, size, folder)
+    check(scene, folder, ["mirrored", "turned_90", "turned_180"], edges=0.01, law=law)
