@@ -86,25 +86,23 @@ def course(random, recipe, start, direction, length):
 
 
 def meetings(line, segments):
-    """Where a line meets segments (n, 4): pieces and parts of the line's steps at which it does, in order."""
-    if len(segments) == 0:
-        return []
-    found = []
-    from_, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    for k, (a, b) in enumerate(zip(line[:-1], line[1:], strict=True)):
-        d = b - a
-        cross = d[0] * along[:, 1] - d[1] * along[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            s = ((from_ - a)[:, 0] * along[:, 1] - (from_ - a)[:, 1] * along[:, 0]) / cross
-            t = ((from_ - a)[:, 0] * d[1] - (from_ - a)[:, 1] * d[0]) / cross
-        meets = (s > 0) & (s <= 1) & (t >= 0) & (t <= 1)
-        found += [(k, float(part)) for part in np.sort(s[meets])]
-    return found
+    """Where a line meets segments (n, 4): its steps, and parts of them, in order (meetings), (meetings)"""
+    step = np.diff(line, axis=0)[:, None]
+    along = segments[None, :, 2:] - segments[None, :, :2]
+    apart = segments[None, :, :2] - line[:-1, None]
+    cross = step[..., 0] * along[..., 1] - step[..., 1] * along[..., 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        on_line = (apart[..., 0] * along[..., 1] - apart[..., 1] * along[..., 0]) / cross
+        on_other = (apart[..., 0] * step[..., 1] - apart[..., 1] * step[..., 0]) / cross
+    which = np.nonzero((on_line > 0) & (on_line <= 1) & (on_other >= 0) & (on_other <= 1))
+    part = on_line[which]
+    order = np.lexsort((part, which[0]))
+    return which[0][order], part[order]
 
 
 def ended(random, recipe, line, segments, begins_on):
     """The line up to the older trace that it ends on, if it does; one that begins on another does not meet it there."""
-    for k, part in meetings(line, segments):
+    for k, part in zip(*meetings(line, segments), strict=True):
         if begins_on and k == 0:
             continue
         if random.random() < recipe.abut:
@@ -122,12 +120,11 @@ def draw_network(seed, side=None, p21=None):
     recipe = recipe_of(seed, side, p21)
     random = np.random.default_rng([seed, 1])
     window = (0.0, 0.0, recipe.side, recipe.side)
-    lines, inside, length = [], [], 0.0
+    older, inside, length = np.zeros((0, 4)), [], 0.0
     for _ in range(MOST_TRACES):
-        older = np.vstack([np.hstack([line[:-1], line[1:]]) for line in lines]) if lines else np.zeros((0, 4))
         size = power_law(random.random(), recipe.exponent, recipe.shortest, recipe.longest)
         strike = np.radians(random.choice(recipe.strikes) + recipe.scatter * random.standard_normal())
-        if lines and random.random() < recipe.branch:
+        if len(older) and random.random() < recipe.branch:
             # It leaves an older trace at an acute angle, to either side
             ends = older[random.integers(len(older))]
             start = ends[:2] + random.random() * (ends[2:] - ends[:2])
@@ -150,7 +147,7 @@ def draw_network(seed, side=None, p21=None):
         part = clip(Traces(segments, np.zeros(len(segments), dtype=int), ["0"]), window)
         if len(part.segment) == 0:
             continue
-        lines.append(line)
+        older = np.vstack([older, segments])
         inside.append(part.segment)
         length += part.length
         if length >= recipe.p21 * recipe.side**2:
