@@ -45,7 +45,7 @@ import gmsh
 import numpy as np
 from scipy.spatial import cKDTree
 from shapely.geometry import Point, Polygon
-from shapely.ops import unary_union
+from shapely.ops import polygonize, unary_union
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
 from femdem_results import Results
@@ -683,17 +683,22 @@ def overlap(answer, scene, reach=None):
     centre = answer.xy[answer.triangles].mean(axis=1)
     near = np.hypot(*centre.T) < reach
     triangles, sector = answer.triangles[near], sector_of(centre[near], scene.arms)
+    outlines = [outline_of(triangles[sector == k]) for k in np.unique(sector)]
     found = [
-        _overlap(moved, triangles, sector, most)
-        for moved, most in zip(answer.moved, answer.allowed, strict=True)
+        _overlap(moved, outlines, most) for moved, most in zip(answer.moved, answer.allowed, strict=True)
     ]
     return max(found, key=lambda one: one.depth - one.allowed)
 
 
-def _overlap(moved, triangles, sector, allowed):
-    blocks = [
-        unary_union([Polygon(moved[nodes]) for nodes in triangles[sector == k]]) for k in np.unique(sector)
-    ]
+def outline_of(triangles):
+    """Edges that only one of the triangles has (edges, 2)"""
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    unique, times = np.unique(edges, axis=0, return_counts=True)
+    return unique[times == 1]
+
+
+def _overlap(moved, outlines, allowed):
+    blocks = [unary_union(list(polygonize(moved[edges].tolist()))) for edges in outlines]
     result = Overlap(allowed=allowed)
     for one, other in itertools.combinations(blocks, 2):
         common = one.intersection(other)

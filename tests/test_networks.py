@@ -1,0 +1,84 @@
+"""Random networks of any sort, coarse, through phases I and II-B (tests/networks.py runs more, and finer)."""
+
+import networks
+import numpy as np
+import pytest
+from junctions import program
+from make_network import draw_network
+from traces import read_traces, write_traces
+
+SEEDS = range(20)
+COARSE = 0.06  # element size over the side
+# Loads are per undeformed length, and a network is no continuum: what input/network keeps, scene network_stress
+STRESS = 1e-2
+NANOMETRE = 0.51e-9  # to which traces are written
+
+
+@pytest.mark.tools
+def test_a_seed_is_a_network(tmp_path):
+    one, recipe = draw_network(3)
+    other, _ = draw_network(3)
+    assert np.array_equal(one.segment, other.segment)
+    assert not np.array_equal(one.segment[:20], draw_network(4)[0].segment[:20])
+    assert one.length >= recipe.p21 * recipe.side**2
+    write_traces(tmp_path / "traces.csv", one)
+    again = read_traces(tmp_path / "traces.csv")
+    assert np.abs(again.segment - one.segment).max() <= NANOMETRE
+    assert np.array_equal(again.trace, one.trace)
+    # Rows of a trace stand together
+    assert (np.diff(one.trace) >= 0).all()
+
+
+@pytest.mark.tools
+def test_networks_are_as_dense_as_asked_for():
+    traces, recipe = draw_network(11, side=0.5, p21=40.0)
+    assert recipe.p21 == 40.0
+    longest = recipe.longest / 0.5**2
+    assert 40.0 <= traces.length / 0.5**2 <= 40.0 + longest
+    assert traces.segment.min() >= 0.0
+    assert traces.segment.max() <= 0.5
+
+
+@pytest.mark.tools
+def test_networks_have_abutments_and_acute_angles():
+    from collections import Counter
+
+    from planar_graph import COINCIDENT, graph_of, knit
+
+    abutments = acute = 0
+    for seed in range(5):
+        traces, recipe = draw_network(seed)
+        window = (0.0, 0.0, recipe.side, recipe.side)
+        # Ends are rounded to the micrometre: two of them are one place
+        graph = knit(graph_of(traces, window), 2e-6 + COINCIDENT * recipe.side, Counter())
+        edge = graph.edge[graph.is_fracture]
+        along = graph.xy[edge[:, 1]] - graph.xy[edge[:, 0]]
+        for node in np.flatnonzero((graph.degree == 3) & (graph.side == 0)):
+            out = np.vstack([along[edge[:, 0] == node], -along[edge[:, 1] == node]])
+            angle = np.sort(np.degrees(np.arctan2(out[:, 1], out[:, 0])))
+            between = np.append(np.diff(angle), angle[0] + 360 - angle[-1])
+            abutments += 1
+            acute += between.min() < 45
+    assert abutments > 50
+    assert acute > 10
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory, femdem):
+    """Phases I and II-B of the first networks."""
+    assert str(femdem) == program()
+    out = tmp_path_factory.mktemp("networks") / "networks.csv"
+    tasks = networks.generated(SEEDS, [COARSE])
+    return networks.run_all(tasks, out, models=["jcm"], phases=["phase_2b"], timeout=60)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_generated_networks_finish(seed, rows):
+    mine = {row["phase"]: row for row in rows if row["network"] == f"seed_{seed}"}
+    assert list(mine) == ["phase_1", "phase_2b"], mine
+    for row in mine.values():
+        assert row["finished"], f"{row['phase']}: {row['message']}"
+        assert row["mean_stress_error"] <= STRESS
+        assert row["unbalanced_ratio"] <= 1e-4
+        assert row["aperture_mm"] > 0
+        assert row["slip_mm"] > 0
