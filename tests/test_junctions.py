@@ -82,16 +82,22 @@ def test_loads_turn_with_the_mesh():
     assert junctions.changed_group({"pressure": 5.0}, turned) == {"pressure": 5.0}
 
 
-def blocks_of(mesh, shift):
-    """An answer in which what lies right of x = 0 has moved by `shift` [m], its walls apart."""
-    centre = mesh.xy[mesh.triangles].mean(axis=1)
-    right = centre[:, 0] > 0
-    moved = np.vstack([mesh.xy, mesh.xy + shift])
+def blocks_of(mesh, shift, closures):
+    """An answer in which what lies right of x = 0 moves by `shift` [m], then by as much again; closures [mm] of the joint."""
+    right = mesh.xy[mesh.triangles].mean(axis=1)[:, 0] > 0
     triangles = np.where(right[:, None], mesh.triangles + len(mesh.xy), mesh.triangles)
-    xy = np.vstack([mesh.xy, mesh.xy])
-    nothing = np.zeros(0)
+    line = mesh.xy[mesh.lines["frac"]]
     return junctions.Answer(
-        nothing, nothing, nothing, {}, xy, [moved, moved], allowed=[2.0, 0.5], triangles=triangles, table={}
+        middle=line.mean(axis=1),
+        length=np.hypot(*(line[:, 1] - line[:, 0]).T),
+        edge=np.zeros(len(line), dtype=int),
+        values={},
+        xy=np.vstack([mesh.xy, mesh.xy]),
+        moved=[np.vstack([mesh.xy, mesh.xy + part * np.array(shift)]) for part in (1, 2)],
+        closure=[np.full(len(line), closure) for closure in closures],
+        largest_slip=[10.0, 10.0],
+        triangles=triangles,
+        table={},
     )
 
 
@@ -100,11 +106,14 @@ def test_overlap_is_how_deep_rock_is_in_rock():
     arms = np.array([90.0, 270.0])
     mesh = junctions.junction_mesh(arms, 0.1, cut=True)
     scene = junctions.Scene(mesh, arms, 0.5, [], [], 0.1)
-    rock = junctions.overlap(blocks_of(mesh, np.array([-1e-3, 0.0])), scene)
+    rock = junctions.overlap(blocks_of(mesh, (-1e-3, 0.0), [0.5, 3.0]), scene)
+    # The first snapshot passes what is allowed, 1 % of the slip included; the deeper second one does not
     assert rock.depth == pytest.approx(1.0, rel=1e-9)
-    assert rock.allowed == 0.5  # that of the snapshot where it is passed most
+    assert rock.allowed == pytest.approx((1 + junctions.WITHIN) * 0.5 + 0.1, rel=1e-9)
     assert rock.area == pytest.approx(1e-3 * 0.8, rel=0.2)  # walls out to 0.8 of the arms, by whole triangles
-    apart = junctions.overlap(blocks_of(mesh, np.array([1e-3, 0.0])), scene)
+    rock = junctions.overlap(blocks_of(mesh, (-1e-3, 0.0), [0.5, 0.7]), scene)
+    assert rock.depth == pytest.approx(2.0, rel=1e-9)
+    apart = junctions.overlap(blocks_of(mesh, (1e-3, 0.0), [0.0, 0.0]), scene)
     assert apart.depth == apart.area == 0.0
 
 
@@ -193,6 +202,8 @@ def test_corners_of_crossing_faults(size, folder):
         f"{rock.depth:.3g} mm overlap at {slip:.3g} mm slip; {rock.allowed - junctions.CORNER * slip:.3g} mm closure"
     )
     assert slip > 1.0
+    # Opposite corners have two closures between them
+    assert rock.allowed < 0.1
     assert rock.depth <= rock.allowed
 
 
