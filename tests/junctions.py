@@ -48,7 +48,9 @@ from shapely.geometry import Point, Polygon
 from shapely.ops import polygonize, unary_union
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "input" / "network"))
 from femdem_results import Results
+from make_mesh import set_option
 
 TOP = Path(__file__).resolve().parent.parent
 KINDS = ("T", "X", "Y", "star", "kink")
@@ -183,9 +185,9 @@ def set_sizes(curves, size, coarse, near, far):
         return
     fields = gmsh.model.mesh.field
     distance, graded = fields.add("Distance"), fields.add("Threshold")
-    fields.setNumbers(distance, "EdgesList", curves)
-    fields.setNumber(distance, "NNodesByEdge", 400)
-    fields.setNumber(graded, "InField", distance)
+    set_option(fields.setNumbers, distance, ("EdgesList", "CurvesList"), curves)
+    set_option(fields.setNumber, distance, ("NNodesByEdge", "NumPointsPerCurve", "Sampling"), 400)
+    set_option(fields.setNumber, graded, ("IField", "InField"), distance)
     for option, value in (("SizeMin", size), ("SizeMax", coarse), ("DistMin", near), ("DistMax", far)):
         fields.setNumber(graded, option, value)
     fields.setAsBackgroundMesh(graded)
