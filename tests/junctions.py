@@ -51,6 +51,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "input" / "network"))
 from femdem_results import Results
 from make_mesh import set_option
+from mesh_quality import triangle_edges
 
 TOP = Path(__file__).resolve().parent.parent
 KINDS = ("T", "X", "Y", "star", "kink")
@@ -709,9 +710,8 @@ def overlap(answer, scene, reach=None):
 
 def outline_of(triangles):
     """Edges that only one of the triangles has (edges, 2)"""
-    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    unique, times = np.unique(edges, axis=0, return_counts=True)
-    return unique[times == 1]
+    edges, times = triangle_edges(triangles)
+    return edges[times == 1]
 
 
 def _overlap(one, other, allowed):

@@ -37,7 +37,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "input" / "network"))
 from femdem_results import Results, ResultsError
-from junctions import LEAST, program
+from junctions import LEAST, areas, program
 from make_network import draw_network
 from run_network import HERE as PIPELINE
 from run_network import MESH_NAME, MODELS, PHASES, deck
@@ -135,9 +135,7 @@ def measured(directory, stresses):
     """What a finished run found: a part of its row, and mean slip of the block edges."""
     results = Results(directory)
     fields, history, mesh = results.fields, results.history, results.fields.mesh()
-    corner = mesh.coordinates[mesh.triangles]
-    a, b = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    area = areas(mesh.coordinates, mesh.triangles)
     applied = [1e6 * stress for stress in (*stresses, 0.0)]
     mean = [np.average(fields.read(f"stress_{name}"), weights=area) for name in ("xx", "yy", "xy")]
     length = np.hypot(*np.diff(mesh.joint_lines, axis=1)[:, 0].T)
