@@ -834,8 +834,11 @@ def print_rows(rows):
 
 def series(arguments, folder):
     """Rows of the whole matrix, as they are found."""
+    # The implicit solver first: others are compared with it
+    solvers = sorted(arguments.solvers, key=lambda solver: solver != "implicit")
+    by_implicit = None
     for kind, angle, law, slip, solver in itertools.product(
-        arguments.kinds, arguments.angles, arguments.laws, arguments.slips, arguments.solvers
+        arguments.kinds, arguments.angles, arguments.laws, arguments.slips, solvers
     ):
         scene = scene_of(kind, angle, arguments.size, slip, arguments.cycles)
         options = {"coupling": arguments.coupling, "contact": arguments.contact}
@@ -847,9 +850,8 @@ def series(arguments, folder):
             yield {**head, **row}
         if solver == "implicit":
             by_implicit = reference
-        elif reference is not None and "implicit" in arguments.solvers and by_implicit is not None:
-            # Another solver, the same scene as drawn
-            off = differences(reference, by_implicit)
+        elif reference is not None and by_implicit is not None:
+            off = differences(reference, by_implicit)  # both as drawn
             row = {f"{name}_{over}": off[name][k] for name in off for k, over in enumerate(("scene", "edge"))}
             yield {**head, "variant": "against_implicit", **row, "message": ""}
 

@@ -38,7 +38,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "input" / "network"))
 from femdem_results import Results, ResultsError
 from junctions import LEAST, areas, program
-from make_network import draw_network
+from make_network import draw_network, recipe_of
 from run_network import HERE as PIPELINE
 from run_network import MESH_NAME, MODELS, PHASES, deck
 from traces import TraceError, read_traces, write_traces
@@ -67,7 +67,7 @@ class Task:
 def generated(seeds, parts, side=None, p21=None):
     """Tasks of generated networks; sizes are parts of the side."""
     for seed in seeds:
-        square = draw_network(seed, side, p21)[1].side
+        square = recipe_of(seed, side, p21).side
         for part in parts:
             yield Task(f"seed_{seed}", part * square, square, seed=seed, p21=p21)
 
