@@ -9,8 +9,9 @@ usage() {
 usage: ./run.sh [DECK.nml] [--help]
 
 Installs missing Debian packages, builds the program (build/femdem), then for the deck
-  1. makes its mesh, when that is missing or older than the deck or the mesh script. How is said by a comment line of
-     the deck, a Python script beside the deck with its arguments:
+  1. makes its mesh, unless it is there and was made by the same command from the same files: the mesh script, the modules
+     beside it and the files in its arguments. How is said by a comment line of the deck, a Python script beside the
+     deck with its arguments:
          ! mesh: make_mesh.py --length 0.06 --out shear_6cm.msh
   2. runs it; the results go to results/<scene>/<deck>/ where <scene> is the name of the deck's folder
   3. draws its figures into figures/ there and prints their tables of errors, as comment lines of the deck say,
@@ -47,10 +48,9 @@ build_preset release "$release_directory" || exit 1
 mesh=$(sed -nE "s/^[^!]*\bmesh *= *['\"]([^'\"]+)['\"].*/\1/Ip" "$deck" | head -n 1)
 read -ra mesh_command < <(sed -nE 's/^ *! *mesh: *(.+)$/\1/p' "$deck") || true
 if ((${#mesh_command[@]})); then
-  if [[ -z $mesh || ! $folder/$mesh -nt $deck || ! $folder/$mesh -nt $folder/${mesh_command[0]} ]]; then
-    say "Making the mesh: ${mesh_command[*]}"
-    (cd "$folder" && "$PYTHON" "${mesh_command[@]}")
-  fi
+  [[ -n $mesh ]] || give_up "the deck has a line '! mesh: ...' but no mesh = 'FILE' in &run on a line of its own"
+  say "Mesh: ${mesh_command[*]}"
+  (cd "$folder" && "$PYTHON" "$here/tools/kept.py" "$mesh" "$PYTHON" "${mesh_command[@]}")
 elif [[ -n $mesh && ! -f $folder/$mesh ]]; then
   give_up "the mesh $folder/$mesh is missing, and the deck has no line '! mesh: SCRIPT ...' that says how to make it"
 fi

@@ -17,13 +17,15 @@ Terms are found by collocation; where the faces slide, by trying. Friction and s
 as in boundary element codes, have the equation of the springs alone with a shear stress tau_far - sn tan(phi).
 """
 
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 from femdem_results import Results
 from scene_motion import changed_deck, run_deck
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tools"))
+from kept import make
 
 TERMS = 400
 TRIALS = 100
@@ -85,9 +87,8 @@ def slip_error(results, exact):
 def check_slip(fine, deck, exact):
     """Results with the fine mesh, and a run of the same deck with the coarse one, against exact(x)."""
     folder = Path(fine).parent
-    if not (folder / "coarse.msh").exists():
-        mesher = ["make_mesh.py", "--size", str(COARSE), "--out", "coarse.msh"]
-        subprocess.run([sys.executable, *mesher], cwd=folder, check=True)
+    mesher = [sys.executable, "make_mesh.py", "--size", COARSE, "--out", "coarse.msh"]
+    assert make("coarse.msh", mesher, folder) == 0, "the coarse mesh was not made"
     changed = changed_deck(folder, deck, f"coarse_{deck}", ("crack.msh", "coarse.msh"))
     coarse = run_deck(folder, changed, f"coarse_{Path(deck).stem}", "--quiet")
     (centre, worst), (centre_coarse, _) = (slip_error(results, exact) for results in (fine, coarse))

@@ -214,7 +214,7 @@ def test_bad_files_are_refused_with_their_reason(case, tmp_path):
         "1",
     ]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert BAD[case][1] in done.stderr
     assert not list(tmp_path.glob("*.msh"))

@@ -4,8 +4,8 @@
     python3 run_series.py velocity size both length closure --results DIR
 
 Each run is a copy of an explicit deck (shear_6cm_explicit.nml, closure_6cm_explicit.nml) with a few values changed; decks,
-meshes and results go to DIR, the figures and the table of errors (errors.csv) beside them. Runs that are there already
-are kept (--again repeats them).
+meshes and results go to DIR, the figures and the table of errors (errors.csv) beside them. A run that is there already is
+used again when deck, mesh and program are the same (--again repeats all).
 
   velocity  Fig 4a: 6 cm, elements of 1 mm, driven at 160, 80, 40, 20 and 10 mm/s (--paper: 5 to 1 mm/s as well)
   size      Fig 4b: 6 cm, elements of 3, 1.5, 1.25 and 1 mm along the joint
@@ -24,6 +24,9 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 TOP = HERE.parent.parent
+sys.path.insert(0, str(TOP / "tools"))
+from kept import Kept, fingerprint, make, text_fingerprint  # noqa: E402
+
 PROGRAM = TOP / "build" / "femdem"
 POSTPROC = TOP / "postproc"
 NORMAL_STRESS_MPA = "0.0245"
@@ -46,20 +49,31 @@ def change(deck, group, **values):
 
 
 def run(deck, mesh_arguments, name, folder, again):
-    """Make mesh and deck, run the program; returns the results directory and the seconds of the solve."""
+    """Make mesh and deck, run the program, unless it is done already; returns the results directory."""
     results = folder / name
-    log = results / "run.log"
-    if again or not (log.exists() and "done " in log.read_text()):
-        folder.mkdir(parents=True, exist_ok=True)
-        mesh = folder / f"{name}.msh"
-        make_mesh = [sys.executable, HERE / "make_mesh.py", *mesh_arguments, "--out", mesh]
-        subprocess.run(make_mesh, check=True)
-        path = folder / f"{name}.nml"
-        deck = change(change(deck, "run", mesh=f"'{mesh.name}'"), "output", directory=f"'{name}'")
-        path.write_text(deck)
-        start = time.monotonic()
-        subprocess.run([PROGRAM, "--quiet", path], check=True)
-        print(f"{name}: {time.monotonic() - start:.0f} s", flush=True)
+    folder.mkdir(parents=True, exist_ok=True)
+    mesh = folder / f"{name}.msh"
+    status = make(mesh, [sys.executable, HERE / "make_mesh.py", *mesh_arguments, "--out", mesh], again=again)
+    if status != 0:
+        sys.exit(status)
+    deck = change(change(deck, "run", mesh=f"'{mesh.name}'"), "output", directory=f"'{name}'")
+    kept = Kept(results, results / "run.log")
+    ingredients = {
+        "deck": text_fingerprint(deck),
+        "mesh": fingerprint(mesh),
+        "program": fingerprint(PROGRAM),
+    }
+    why = "asked for" if again else kept.differs(ingredients)
+    if not why:
+        print(f"{name}: kept, same deck, mesh and program", flush=True)
+        return results
+    kept.forget()
+    path = folder / f"{name}.nml"
+    path.write_text(deck)
+    start = time.monotonic()
+    subprocess.run([PROGRAM, "--quiet", path], check=True)
+    kept.remember(ingredients)
+    print(f"{name}: {time.monotonic() - start:.0f} s ({why})", flush=True)
     return results
 
 
@@ -154,7 +168,7 @@ def main():
         "--results", type=Path, default=TOP / "results" / "series", help="where everything goes"
     )
     parser.add_argument("--paper", action="store_true", help="the paper's velocities too (an hour)")
-    parser.add_argument("--again", action="store_true", help="repeat runs that are there already")
+    parser.add_argument("--again", action="store_true", help="make meshes and runs anew in any case")
     arguments = parser.parse_args()
     if not PROGRAM.exists():
         sys.exit(f"error: {PROGRAM} is missing; build first (./run.sh does)")

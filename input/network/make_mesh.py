@@ -28,6 +28,7 @@ SAMPLES = 2  # points a size along fractures, from which distance is measured
 NARROWER = 1.4  # step between the sizes at narrow places
 ROOMY = 1.5  # size at a narrow place over its width: one element fits without being halved
 ALGORITHMS = (6, 5, 1)  # of gmsh, tried in turn: frontal, Delaunay, adaptive
+BAD_INPUT, FAILED = 2, 1  # exit status
 SURFACE, FRACTURES = "rock", "fractures"
 CORNERS = {(0, 0): "corner_sw", (1, 0): "corner_se", (1, 1): "corner_ne", (0, 1): "corner_nw"}  # east, north?
 
@@ -401,8 +402,12 @@ def main():
     arguments = arguments_of()
     try:
         print(run(arguments))
-    except (TraceError, MeshError, OSError) as error:
-        sys.exit(f"error: {error}")
+    except (TraceError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    except MeshError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(FAILED)
 
 
 if __name__ == "__main__":

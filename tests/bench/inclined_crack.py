@@ -17,9 +17,10 @@ from pathlib import Path
 
 TOP = Path(__file__).resolve().parent.parent.parent
 SCENES = TOP / "tests" / "scenes"
-sys.path[:0] = [str(TOP / "postproc"), str(TOP / "tests")]
+sys.path[:0] = [str(TOP / "postproc"), str(TOP / "tests"), str(TOP / "tools")]
 import numpy as np  # noqa: E402
 from femdem_results import Results  # noqa: E402
+from kept import make  # noqa: E402
 from scene_crack import (  # noqa: E402
     ANGLE,
     HALF_LENGTH,
@@ -66,9 +67,17 @@ PLATES = (
 def run(folder, name, size, deck, changes=(), mesher=()):
     """Mesh and run; the results directory."""
     mesh = folder / f"{'_'.join(mesher).replace('-', '') or 'graded'}_{size:g}.msh"
-    if not mesh.exists():
-        command = [sys.executable, SCENES / "inclined_crack" / "make_mesh.py", "--size", str(size), *mesher]
-        subprocess.run([*command, "--out", mesh], check=True)
+    command = [
+        sys.executable,
+        SCENES / "inclined_crack" / "make_mesh.py",
+        "--size",
+        size,
+        *mesher,
+        "--out",
+        mesh,
+    ]
+    if make(mesh, command) != 0:
+        sys.exit(f"error: {mesh} was not made")
     text = deck.read_text(encoding="utf-8")
     for old, new in (("crack.msh", mesh.name), *changes):
         assert old in text, f"{deck}: '{old}' is not there"

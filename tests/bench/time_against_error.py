@@ -41,12 +41,12 @@ NETWORK = TOP / "input" / "network"
 CRACK_SCENE, NETWORK_SCENE = (
     TOP / "tests" / "scenes" / name for name in ("inclined_crack", "network_three_solvers")
 )
-sys.path[:0] = [str(TOP / "postproc"), str(SHEAR), str(TOP / "tests")]
+sys.path[:0] = [str(TOP / "postproc"), str(SHEAR), str(TOP / "tests"), str(TOP / "tools")]
 import figure_style as style  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from femdem_results import Results  # noqa: E402
-from make_mesh import make_mesh  # noqa: E402
+from kept import Kept, fingerprint, make  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 from plot_closure import draw_closure  # noqa: E402
 from plot_dilation import draw_dilation  # noqa: E402
@@ -203,36 +203,27 @@ def cases(scenes, solvers, quick):
     return found + rock_cases(scenes, solvers, quick)
 
 
-def write_mesh(scene, size_mm, mesh):
-    """Write the mesh of a scene; the number of its triangles."""
+def mesh_command(scene, size_mm, mesh):
+    """The command that makes the mesh of a scene."""
+    size = ["--size", size_mm / 1000, "--out", mesh]
     if scene in ("shear", "closure"):
-        return make_mesh(LENGTH, size_mm / 1000, str(mesh))
-    if scene == "crack":
-        command = [CRACK_SCENE / "make_mesh.py", "--size", size_mm / 1000, "--out", mesh]
+        command = [SHEAR / "make_mesh.py", "--length", LENGTH, *size]
+    elif scene == "crack":
+        command = [CRACK_SCENE / "make_mesh.py", *size]
     else:
-        command = [
-            NETWORK / "make_mesh.py",
-            NETWORK / "two_sets.csv",
-            "--size",
-            size_mm / 1000,
-            "--feature",
-            "0.02",
-        ]
-        command += ["--out", mesh]
-    subprocess.run([sys.executable, *map(str, command)], check=True, stdout=subprocess.DEVNULL)
-    return 0  # counted from the log of the run
+        command = [NETWORK / "make_mesh.py", NETWORK / "two_sets.csv", "--feature", "0.02", *size]
+    return [sys.executable, *command]
 
 
 def prepare(case, folder):
-    """Mesh and deck of a case; returns the deck's path and the number of triangles."""
+    """Mesh and deck of a case; returns the deck's path."""
     mesh = folder / f"{'' if case.scene in ('shear', 'closure') else case.scene + '_'}{case.size_mm:g}mm.msh"
-    count = mesh.with_suffix(".txt")
-    if not mesh.exists():
-        count.write_text(str(write_mesh(case.scene, case.size_mm, mesh)), encoding="utf-8")
+    if make(mesh, mesh_command(case.scene, case.size_mm, mesh)) != 0:
+        sys.exit(f"error: {mesh} was not made")
     path = folder / f"{case.name}.nml"
     deck = change(case.deck, "run", mesh=f"'{mesh.name}'")
     path.write_text(change(deck, "output", directory=f"'{case.name}'"), encoding="utf-8")
-    return path, int(count.read_text(encoding="utf-8"))
+    return path
 
 
 def known_solvers(folder):
@@ -240,7 +231,7 @@ def known_solvers(folder):
     known = []
     for solver in SOLVERS:
         deck = explicit_shear(160) if solver == "explicit" else with_solver(implicit_shear(0.1), solver)
-        path, _ = prepare(Case("shear", solver, 3.0, "check", deck), folder)
+        path = prepare(Case("shear", solver, 3.0, "check", deck), folder)
         done = subprocess.run([PROGRAM, "--check", path], capture_output=True)
         if done.returncode == 0:
             known.append(solver)
@@ -296,8 +287,17 @@ def rock_errors(case, results):
         "network", "implicit", NETWORK_FINEST[0], "finest", network_deck("implicit", NETWORK_FINEST[1])
     )
     folder = Path(results).parent
-    if not (folder / finest.name / "run.log").exists() and timed(prepare(finest, folder)[0]) is None:
-        sys.exit("error: the network's reference run failed")
+    deck = prepare(finest, folder)
+    kept = Kept(folder / finest.name, folder / finest.name / "run.log")
+    mesh = folder / f"network_{NETWORK_FINEST[0]:g}mm.msh"
+    ingredients = {path.suffix: fingerprint(path) for path in (deck, mesh)} | {
+        "program": fingerprint(PROGRAM)
+    }
+    if kept.differs(ingredients):
+        kept.forget()
+        if timed(deck) is None:
+            sys.exit("error: the network's reference run failed")
+        kept.remember(ingredients)
     off = [
         100 * abs(a / b - 1)
         for a, b in zip(network_means(results), network_means(folder / finest.name), strict=True)
@@ -324,7 +324,7 @@ def errors(case, results):
 
 def measure(case, reference, folder, repeat, long):
     """Row of the CSV, without the last column."""
-    deck, triangles = prepare(case, folder)
+    deck = prepare(case, folder)
     solve, user, solve_ratio, user_ratio = [], [], [], []
     while len(solve) < repeat:
         base, found = timed(reference), timed(deck)
@@ -337,9 +337,8 @@ def measure(case, reference, folder, repeat, long):
         user_ratio.append(found[1] / base[1])
         if user[0] > long:
             break
-    if triangles == 0:
-        log = (deck.parent / deck.stem / "run.log").read_text(encoding="utf-8")
-        triangles = int(re.search(r"(?m)^mesh .* nodes, (\d+) triangles", log)[1])
+    log = (deck.parent / deck.stem / "run.log").read_text(encoding="utf-8")
+    triangles = int(re.search(r"(?m)^mesh .* nodes, (\d+) triangles", log)[1])
     medians = [statistics.median(values) for values in (solve, user, solve_ratio, user_ratio)]
     setting = [case.scene, case.solver, case.size_mm, case.setting, triangles]
     row = [*setting, *errors(case, folder / case.name), *medians, len(solve)]
