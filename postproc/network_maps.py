@@ -9,11 +9,10 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 MODEL_NAMES = {"jcm": "JCM", "jcm_mean": "Model-I", "coulomb": "Model-II"}
-QUANTITIES = {  # quantity of the joints: colour map, per cent of the length above the end of its colours
-    "shear_displacement_mm": ("plasma_r", 0.5),
-    "aperture_mm": ("viridis_r", 0.5),
-}
-THIN, THICK = 0.7, 3.6  # line widths in points between the least and the largest value
+QUANTITIES = {"shear_displacement_mm": "plasma_r", "aperture_mm": "viridis_r"}  # of the joints: colour map
+# Per cent of the length beyond an end of the colours: single elements at tips and crossings would take them all
+TAIL = 1.0
+THIN, THICK = 0.7, 3.2  # line widths in points between the least and the largest mean of a block edge
 CRACK, CRACK_WIDTH = "#e31a1c", 1.1
 FAINT = "#9a9a9a"  # fractures under their coloured lines, so that pale ones are seen
 PANEL_MM = 62
@@ -37,6 +36,54 @@ class Panel:
     def values(self, quantity):
         return np.abs(self.run.fields.read(quantity, self.step))[self.fractures()]
 
+    def means(self, quantity):
+        """Of each joint element, the mean of its block edge"""
+        edge = self.run.fields.mesh(self.step).block_edge[self.fractures()]
+        return edge_means(edge, lengths(self.lines()), self.values(quantity))
+
+
+def lengths(lines):
+    """Lengths of lines (lines, 2 ends, 2 coordinates) [m]"""
+    return np.hypot(*(lines[:, 1] - lines[:, 0]).T)
+
+
+def edge_means(block_edge, length, values):
+    """Of each joint element, the mean of the values on its block edge, weighted by length; its own outside block edges.
+
+    Widths and order of lines go with it: a single element with a large value is then a change of colour on its line,
+    and no dot that hides what lies around it.
+    """
+    whole = np.bincount(block_edge, weights=length)[block_edge]
+    means = np.bincount(block_edge, weights=length * values)[block_edge] / np.where(whole > 0, whole, 1.0)
+    return np.where((block_edge > 0) & (whole > 0), means, values)
+
+
+def inner_range(values, length, tail=TAIL):
+    """Range of the values but for a share of the length [per cent] at either end."""
+    order = np.argsort(values)
+    share = np.cumsum(length[order])
+    ends = np.searchsorted(share, share[-1] * np.array([tail, 100 - tail]) / 100)
+    least, most = values[order[np.minimum(ends, len(values) - 1)]]
+    return float(least), float(most)
+
+
+def colour_bar(figure, drawn, axes, text, values, **options):
+    """A colour bar with pointed ends where values lie beyond it, and the farthest of them written there."""
+    least, most = drawn.get_clim()
+    low, high = float(np.min(values)), float(np.max(values))
+    # Rounding of a limit that is the extreme value itself is not beyond
+    slack = 1e-9 * (most - least)
+    below, above = low < least - slack, high > most + slack
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    bar = figure.colorbar(drawn, ax=axes, extend=extend[below, above], **options)
+    bar.set_label(text)
+    for beyond, value, place, side in ((below, low, -0.07, "top"), (above, high, 1.07, "bottom")):
+        if beyond:
+            bar.ax.text(
+                0.5, place, f"to {value:.3g}", transform=bar.ax.transAxes, ha="center", va=side, fontsize=7
+            )
+    return bar
+
 
 @dataclass
 class Cracks:
@@ -49,7 +96,8 @@ class Cracks:
 def read_cracks(run, time=np.inf):
     """The cracks in cracks.csv that were there at a time [s]; none when the run has no such file."""
     path = run.directory / "cracks.csv"
-    if not path.is_file():
+    # A run of rock that cannot break leaves the file of an older run in the same directory alone
+    if not path.is_file() or not can_break(run):
         return Cracks(np.zeros((0, 2, 2)), np.array([]))
     with path.open(newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if float(row["time_s"]) <= time * (1 + 1e-9)]
@@ -58,6 +106,14 @@ def read_cracks(run, time=np.inf):
     half = 0.5 * np.array([float(row["length_m"]) for row in rows])
     along = (half * np.array([np.cos(angle), np.sin(angle)])).T.reshape(-1, 2)
     return Cracks(np.stack([centre - along, centre + along], axis=1), np.array([row["mode"] for row in rows]))
+
+
+def can_break(run):
+    """Could rock break in this run? Taken so where its deck is not there."""
+    try:
+        return bool(run.deck.all("fracture"))
+    except style.ResultsError:
+        return True
 
 
 def draw_cracks(axes, run, time=np.inf):
@@ -83,23 +139,25 @@ def model_name(run):
 
 
 def common_limits(panels, quantity):
-    """Ends of the colours: all values but the largest few; and whether there are some beyond"""
+    """Ends of the colours, for all panels: all values but those on a small share of the length"""
     values = np.concatenate([panel.values(quantity) for panel in panels])
-    least = 0.0 if quantity.startswith("shear") else float(values.min())
-    most = float(np.percentile(values, 100 - QUANTITIES[quantity][1]))
-    return least, most if most > least else least + 1.0, bool(values.max() > most)
+    least, most = inner_range(values, np.concatenate([lengths(panel.lines()) for panel in panels]))
+    least = 0.0 if quantity.startswith("shear") else least
+    return least, most if most > least else least + 1.0
 
 
-def draw_fractures(axes, lines, values, quantity, least, most):
-    share = np.clip((values - least) / (most - least), 0, 1)
-    order = np.argsort(share)  # large values last, so that they are not covered
+def draw_fractures(axes, panel, quantity, least, most):
+    lines, values = panel.lines(), panel.values(quantity)
+    share = np.clip((panel.means(quantity) - least) / (most - least), 0, 1)
+    # Block edges with large values last, so that they are not covered; the elements of one stay together
+    order = np.argsort(share, kind="stable")
     axes.add_collection(LineCollection(lines, color=FAINT, linewidth=THIN))
     drawn = LineCollection(
         lines[order],
         array=values[order],
-        cmap=QUANTITIES[quantity][0],
+        cmap=QUANTITIES[quantity],
         linewidth=(THIN + (THICK - THIN) * share)[order],
-        capstyle="round",
+        capstyle="projecting",
     )
     drawn.set_clim(least, most)
     axes.add_collection(drawn)
@@ -134,19 +192,18 @@ def draw_panels(panels, quantities=tuple(QUANTITIES)):
     letter = ord("a")
     table = []
     for row, quantity in zip(grid, quantities, strict=True):
-        least, most, beyond = common_limits(panels, quantity)
+        least, most = common_limits(panels, quantity)
         for axes, panel in zip(row, panels, strict=True):
-            values, lines = panel.values(quantity), panel.lines()
-            drawn = draw_fractures(axes, lines, values, quantity, least, most)
+            values = panel.values(quantity)
+            drawn = draw_fractures(axes, panel, quantity, least, most)
             cracks = draw_cracks(axes, panel.run, panel.run.fields.times[panel.step])
             frame(axes, panel)
             axes.set_title(f"({chr(letter)}) {panel.label}", loc="left")
             letter += 1
-            length = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
-            mean = float(np.average(values, weights=length))
+            mean = float(np.average(values, weights=lengths(panel.lines())))
             table.append([panel.label, quantity, mean, float(values.max()), cracks])
-        bar = figure.colorbar(drawn, ax=row, shrink=0.9, extend="max" if beyond else "neither", pad=0.01)
-        bar.set_label(style.axis_label(quantity))
+        values = np.concatenate([panel.values(quantity) for panel in panels])
+        colour_bar(figure, drawn, row, style.axis_label(quantity), values, shrink=0.9, pad=0.01)
     for axes in grid[-1]:
         axes.set_xlabel("x [m]")
     for axes in grid[:, 0]:

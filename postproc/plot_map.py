@@ -17,10 +17,12 @@ from matplotlib.colors import LinearSegmentedColormap
 TAILS = (
     1.0  # per cent of the triangles left out at either end of the rock's colours: corners would take them all
 )
-THIN, THICK = 0.8, 4.0  # line widths in points between the least and the largest value
+THIN, THICK = 0.8, 3.4  # line widths in points between the least and the largest mean of a block edge
 CASING = 0.9  # width in points of the dark line on either side of a joint whose colour may be pale
 QUIET = LinearSegmentedColormap.from_list("quiet", ["#f7f7f7", "#8a8a8a"])  # for rock under coloured joints
 PASCALS = 1e6  # in a megapascal
+# Lengths and velocities in the unit that gives values of everyday size: largest value below which, factor, prefix
+FINER = {"m": ((1e-4, 1e6, "µ"), (0.1, 1e3, "m")), "mm": ((1e-2, 1e3, "µ"),)}
 
 
 def chosen_field(fields, mesh, name, step, magnitude):
@@ -38,9 +40,20 @@ def chosen_field(fields, mesh, name, step, magnitude):
         values = np.abs(values)
     if unit == "Pa":
         values, unit = values / PASCALS, "MPa"
+    values, unit = in_finer_unit(values, unit)
     if place == "nodes":
         values = values[mesh.triangles].mean(axis=1)
     return place, values, text if unit in ("1", "-") else f"{text} [{unit}]"
+
+
+def in_finer_unit(values, unit):
+    """Values and their unit: millimetres or micrometres where metres would be small fractions"""
+    length, per, second = unit.partition("/")
+    largest = float(np.max(np.abs(values), initial=0.0))
+    for below, factor, prefix in FINER.get(length, ()):
+        if 0.0 < largest < below:
+            return values * factor, f"{prefix}m{per}{second}"
+    return values, unit
 
 
 def colours(values, limits):
@@ -65,30 +78,31 @@ def draw_rock(figure, axes, corners, values, text, limits, under_joints):
     )
     drawn.set_clim(least, largest)
     axes.add_collection(drawn)
-    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    extend = beyond[bool(np.min(values) < least), bool(np.max(values) > largest)]
-    figure.colorbar(drawn, ax=axes, label=text, shrink=0.8, extend=extend)
+    network_maps.colour_bar(figure, drawn, axes, text, values, shrink=0.8)
 
 
-def draw_joints(figure, axes, lines, values, text, limits, width):
-    colour_map, least, largest = colours(values, limits)
+def draw_joints(figure, axes, mesh, shown, values, text, limits, width):
+    """The joint elements shown; single ones with extreme values are neither thick nor the end of the colours"""
+    lines, length = mesh.joint_lines[shown], network_maps.lengths(mesh.joint_lines[shown])
+    colour_map, least, largest = colours(np.clip(values, *network_maps.inner_range(values, length)), limits)
+    means = network_maps.edge_means(mesh.block_edge[shown], length, np.abs(values))
     span = max(abs(least), abs(largest))
-    widths = width if width else THIN + (THICK - THIN) * np.clip(np.abs(values) / span, 0, 1)
-    # Large values last, so that they are not covered.
-    order = np.argsort(np.abs(values))
+    widths = width if width else THIN + (THICK - THIN) * np.clip(means / span, 0, 1)
+    # Block edges with large values last, so that they are not covered.
+    order = np.argsort(means, kind="stable")
     if colour_map == style.DIVERGING:
         casing = (widths if width else widths[order]) + CASING
-        axes.add_collection(LineCollection(lines[order], color="#333333", linewidth=casing, capstyle="round"))
+        axes.add_collection(LineCollection(lines[order], color="#333333", linewidth=casing, capstyle="butt"))
     drawn = LineCollection(
         lines[order],
         array=values[order],
         cmap=colour_map if colour_map == style.DIVERGING else "plasma_r",
         linewidth=widths if width else widths[order],
-        capstyle="round",
+        capstyle="projecting",
     )
     drawn.set_clim(least, largest)
     axes.add_collection(drawn)
-    figure.colorbar(drawn, ax=axes, label=text, shrink=0.8)
+    network_maps.colour_bar(figure, drawn, axes, text, values, shrink=0.8)
 
 
 def main():
@@ -97,8 +111,12 @@ def main():
     arguments.add_argument("--joints", help="quantity of the joints")
     arguments.add_argument("--step", type=int, default=-1, help="snapshot, from 0 (default: last)")
     arguments.add_argument("--magnitude", action="store_true", help="draw absolute values")
-    arguments.add_argument("--rock-limits", nargs=2, type=float, help="range of the rock's colours")
-    arguments.add_argument("--joint-limits", nargs=2, type=float, help="range of the joints' colours")
+    arguments.add_argument(
+        "--rock-limits", nargs=2, type=float, help="range of the rock's colours, in the colour bar's unit"
+    )
+    arguments.add_argument(
+        "--joint-limits", nargs=2, type=float, help="range of the joints' colours, in the colour bar's unit"
+    )
     arguments.add_argument(
         "--width", type=float, help="width of all joint lines in points (default: by the value)"
     )
@@ -138,8 +156,7 @@ def main():
         )
         if place != "joints":
             raise style.ResultsError(f"{arguments.joints} is a field on {place}: use --rock")
-        lines = mesh.joint_lines[shown]
-        draw_joints(figure, axes, lines, values[shown], text, arguments.joint_limits, arguments.width)
+        draw_joints(figure, axes, mesh, shown, values[shown], text, arguments.joint_limits, arguments.width)
     elif len(mesh.joints):
         axes.add_collection(LineCollection(mesh.joint_lines[shown], color="#222222", linewidth=0.6))
     if arguments.cracks:
@@ -153,7 +170,7 @@ def main():
     axes.set_ylabel("y [m]")
     time = fields.times[arguments.step]
     axes.set_title(
-        f"{fields.stages[arguments.step]}, cycle {fields.cycles[arguments.step]}, t = {time:.4g} s"
+        f"{network_maps.stage_name(fields.stages[arguments.step])}, cycle {fields.cycles[arguments.step]}, t = {time:.4g} s"
     )
     style.save(figure, arguments.out, run.directory, "map")
 

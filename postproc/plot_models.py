@@ -4,7 +4,7 @@ aperture below, the last snapshot of each run.
 
 plot_models.py jcm/phase_2b jcm_mean/phase_2b coulomb/phase_2b
 
-Labels are those of the paper (JCM, Model-I, Model-II) from the law of each run, unless --labels gives others. Prints
+Labels are those of the paper (JCM, Model-I, Model-II) from the law of each run with the stage, unless --labels gives others. Prints
 the mean, weighted by length, and the largest value of each map.
 """
 
@@ -15,7 +15,10 @@ import network_maps as maps
 def main():
     arguments = style.parser(__doc__).parse_args()
     runs = [style.Results(directory) for directory in arguments.results]
-    panels = [maps.Panel(run, -1, maps.model_name(run)) for run in runs]
+    panels = [
+        maps.Panel(run, -1, f"{maps.model_name(run)}, {maps.stage_name(run.fields.stages[-1])}")
+        for run in runs
+    ]
     figure = maps.draw_panels(maps.check_labels(arguments.labels, panels))
     style.save(figure, arguments.out, runs[0].directory, "models")
 

@@ -83,7 +83,7 @@ def main():
         maps.frame(axes, panel)
         axes.set_title(f"({letter}) {maps.stage_name(fields.stages[step])}", loc="left")
         axes.set_xlabel("x [m]")
-        figure.colorbar(drawn, ax=axes, label=text, shrink=0.85, extend="both", pad=0.01)
+        maps.colour_bar(figure, drawn, axes, text, values, shrink=0.85, pad=0.01)
         print(f"{name}: {values.min():.4g} to {values.max():.4g} MPa")
     grid[0].set_ylabel("y [m]")
     for name in ("stress_xx", "stress_yy", "stress_xy"):

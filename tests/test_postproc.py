@@ -275,12 +275,103 @@ def test_plot_map_lists_fields_and_refuses_unknown_ones(tmp_path):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("values", "unit", "expected", "shown"),
+    [
+        ([0.0, -1.4e-3], "m", [0.0, -1.4], "mm"),
+        ([2e-5], "m", [20.0], "µm"),
+        ([1.4], "m", [1.4], "m"),
+        ([0.05], "m/s", [50.0], "mm/s"),
+        ([0.3, 0.001], "mm", [0.3, 0.001], "mm"),
+        ([3e-3], "mm", [3.0], "µm"),
+        ([0.0], "m", [0.0], "m"),
+        ([2e-3], "-", [2e-3], "-"),
+        ([2e-3], "MPa", [2e-3], "MPa"),
+    ],
+)
+def test_lengths_are_shown_in_a_unit_that_fits(values, unit, expected, shown):
+    from plot_map import in_finer_unit
+
+    found, name = in_finer_unit(np.array(values), unit)
+    assert name == shown
+    assert found == pytest.approx(expected)
+
+
+def one_large_value(directory):
+    """A network whose slip and aperture are 100 times those around them on one element of a long block edge"""
+    directory = write_network(directory)
+    import h5py
+
+    with h5py.File(directory / "fields.h5", "a") as file:
+        for name in ("shear_displacement_mm", "aperture_mm"):
+            values = np.abs(file["step_000002"][name][...]) + 0.1
+            values[5] *= 100
+            file["step_000002"][name][...] = values
+    return directory
+
+
+def test_a_single_element_with_a_large_value_does_not_hide_the_map(tmp_path):
+    import network_maps
+
+    run = Results(one_large_value(tmp_path))
+    panel = network_maps.Panel(run, -1, "")
+    edge = run.fields.mesh().block_edge
+    for quantity in network_maps.QUANTITIES:
+        values, means = panel.values(quantity), panel.means(quantity)
+        # As wide as the others of its block edge: the mean by length is that of all of them
+        assert means[5] == pytest.approx(means[edge == edge[5]])
+        length = network_maps.lengths(panel.lines())
+        assert means[5] == pytest.approx(np.average(values[edge == edge[5]], weights=length[edge == edge[5]]))
+        _, most = network_maps.common_limits([panel], quantity)
+        assert np.delete(values, 5).max() / 2 < most <= np.delete(values, 5).max()
+
+
+def test_the_value_beyond_the_colours_is_written_at_their_end(tmp_path):
+    import figure_style
+    import network_maps
+    from matplotlib.collections import LineCollection
+
+    figure, axes = figure_style.plt.subplots()
+    drawn = LineCollection(np.zeros((3, 2, 2)), array=np.array([0.0, 0.5, 40.0]))
+    drawn.set_clim(0.0, 1.0)
+    bar = network_maps.colour_bar(figure, drawn, axes, "Aperture [mm]", np.array([0.0, 0.5, 40.0]))
+    assert bar.extend == "max"
+    assert [text.get_text() for text in bar.ax.texts] == ["to 40"]
+    bar = network_maps.colour_bar(figure, drawn, axes, "Aperture [mm]", np.array([0.0, 1.0]))
+    assert bar.extend == "neither"
+    assert not bar.ax.texts
+    figure_style.plt.close(figure)
+    for name, options in (("network", []), ("map", ["--joints", "aperture_mm"])):
+        done = script(f"plot_{name}", one_large_value(tmp_path / name), *options, "--out", tmp_path / name)
+        check_figures(done, tmp_path / name)
+
+
+def test_range_of_the_colours_goes_by_length():
+    import network_maps
+
+    values, length = np.array([1.0, 2.0, 3.0, 100.0]), np.array([50.0, 30.0, 19.5, 0.5])
+    assert network_maps.inner_range(values, length) == (1.0, 3.0)
+    assert network_maps.inner_range(values, length[::-1]) == (2.0, 100.0)
+
+
 def write_cracks(directory):
     """Two cracks, one of them later than the snapshots"""
+    with (directory / "deck.nml").open("a") as file:
+        file.write("&fracture group = 'rock' /\n")
     rows = ["time_s,stage,x_m,y_m,angle_deg,length_m,mode,energy_J"]
     rows += ["0.15,load,0.5,0.5,45,0.2,I,1.0", "0.3,load,1.5,1.5,0,0.1,II,1.0"]
     (directory / "cracks.csv").write_text("\n".join(rows) + "\n")
     return directory
+
+
+def test_cracks_of_an_older_run_in_the_directory_are_not_drawn(tmp_path):
+    import network_maps
+
+    directory = write_cracks(write_network(tmp_path))
+    assert len(network_maps.read_cracks(Results(directory)).lines) == 2
+    deck = (directory / "deck.nml").read_text()
+    (directory / "deck.nml").write_text(deck.replace("&fracture group = 'rock' /", ""))
+    assert len(network_maps.read_cracks(Results(directory)).lines) == 0
 
 
 @pytest.mark.parametrize("name", ["network", "models"])
