@@ -13,16 +13,18 @@ import pytest
 TOP = Path(__file__).resolve().parent.parent
 NETWORK = TOP / "input" / "network"
 SHARED = TOP.parent / "shared" / "traces"
-sys.path.insert(0, str(NETWORK))
+sys.path[:0] = [str(NETWORK), str(TOP / "postproc")]
 
 import make_mesh  # noqa: E402 - the folder of the scripts comes first
 import mesh_quality  # noqa: E402
+import regions  # noqa: E402
 from cleaning import Census, clean, traces_of  # noqa: E402
 from make_traces import two_sets  # noqa: E402
 from planar_graph import SIDE_NAMES, crossings, graph_of, knit  # noqa: E402
 from traces import TraceError, Traces, read_traces, write_traces  # noqa: E402
 
 UNIT = (0.0, 0.0, 1.0, 1.0)  # the window of the hand-drawn cases [m]
+UNIT_SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 SNAP, FEATURE = 1e-3, 1e-2  # their tolerances [m]
 # A length or place computed twice in double precision
 ROUNDING = 1e-12
@@ -185,6 +187,170 @@ def test_generated_network_is_the_one_that_ships():
     assert again.length / 4 == pytest.approx(7.0, abs=0.2)
 
 
+# ---- Holes and zones ----
+
+
+def with_regions(*lines, holes=(), zones=(), size=0.03):
+    """Cleaned graph of traces in the unit square with holes and zones, and its census."""
+    found = regions.make_regions(holes, [(np.array(zone), name) for zone, name in zones], UNIT, size, FEATURE)
+    traces = regions.outside_holes(drawn(*lines), found.holes)
+    graph, report = clean(traces, window=found.window, snap=SNAP, feature=FEATURE)
+    return graph, report.census["cleaned"], found
+
+
+@pytest.mark.fast
+def test_a_hole_cuts_traces():
+    # Through the middle; into the hole; beside it; all in it
+    graph, census, found = with_regions(
+        [(0.1, 0.5), (0.9, 0.5)],
+        [(0.5, 0.5), (0.5, 0.9)],
+        [(0.1, 0.2), (0.9, 0.2)],
+        [(0.45, 0.5), (0.55, 0.45)],
+        holes=[(0.5, 0.5, 0.15)],
+    )
+    assert nodes(census) == (5, 0, 0, 0, 3)
+    # Sides of the polygon: 2 pi 0.15 / 0.03 = 31.4, so 32, with corners east, west and north
+    assert found.holes[0].sides == 32
+    assert graph.fracture_length == pytest.approx(2 * 0.25 + 0.25 + 0.8, rel=ROUNDING)
+    on_hole = np.hypot(*(graph.xy[graph.side > 0] - 0.5).T) < 0.2
+    assert on_hole.sum() == 32
+
+
+@pytest.mark.fast
+def test_traces_near_a_hole_end_on_it():
+    # 4 mm short of it, and grazing it 4 mm inside its northernmost corner
+    graph, census, found = with_regions(
+        [(0.1, 0.5), (0.346, 0.5)], [(0.2, 0.646), (0.8, 0.646)], holes=[(0.5, 0.5, 0.15)]
+    )
+    assert nodes(census)[:3] == (3, 0, 0)
+    assert not graph.in_hole[graph.is_fracture].any()
+    ends = graph.xy[(graph.side > 0) & (graph.degree > 0)] - 0.5
+    # On the polygon, between its circles
+    assert (np.hypot(*ends.T) <= 0.15 + ROUNDING).all()
+    assert (np.hypot(*ends.T) >= found.holes[0].inscribed - ROUNDING).all()
+
+
+@pytest.mark.fast
+def test_a_trace_goes_on_through_the_border_of_a_zone():
+    graph, census, found = with_regions(
+        [(0.1, 0.3), (0.9, 0.4)], zones=[([(0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0)], "east")]
+    )
+    assert nodes(census) == (2, 0, 0, 0, 0)
+    assert census.branches == 1
+    assert graph.fracture_length == pytest.approx(np.hypot(0.8, 0.1), rel=ROUNDING)
+    assert found.zones[0][1].area == pytest.approx(0.5, rel=ROUNDING)
+    # The node on the border is where they cross
+    assert (np.abs(graph.xy - (0.5, 0.35)).max(axis=1) < ROUNDING).sum() == 1
+
+
+@pytest.mark.fast
+def test_a_trace_along_the_border_of_a_zone_stays():
+    graph, census, _ = with_regions(
+        [(0.2, 0.5), (0.8, 0.5)],
+        [(0.3, 0.503), (0.3, 0.9)],
+        zones=[([(-1, 0.5), (2, 0.5), (2, 2), (-1, 2)], "upper")],
+    )
+    assert nodes(census) == (3, 1, 0, 0, 0)
+    assert graph.fracture_length == pytest.approx(0.6 + 0.4, rel=1e-2)
+    assert (graph.line_of_edges[graph.is_fracture] >= 0).sum() == 2
+
+
+@pytest.mark.fast
+def test_zones_overlap_in_the_order_given_and_holes_are_cut_out_of_them():
+    square = [(0.2, 0.2), (0.8, 0.2), (0.8, 0.8), (0.2, 0.8)]
+    found = regions.make_regions(
+        [(0.2, 0.5, 0.1)], [(np.array(square), "a"), (np.array([*UNIT_SQUARE]), "b")], UNIT, 0.0317, FEATURE
+    )
+    areas = {name: zone.area for name, zone in found.zones}
+    hole = found.holes[0].area
+    # Of 20 sides: the border of the square halves it
+    assert found.holes[0].sides == 20
+    assert areas["a"] == pytest.approx(0.36 - hole / 2, rel=1e-9)
+    assert areas["b"] == pytest.approx(1 - 0.36 - hole / 2, rel=1e-9)
+    assert found.holes[0].area == pytest.approx(np.pi * 0.01, rel=0.02)
+
+
+@pytest.mark.fast
+def test_zones_are_read_from_files_and_texts(tmp_path):
+    (tmp_path / "zone.csv").write_text("x,y\n0,0\n1,0\n1,1\n0,0\n")
+    corners = [[0, 0], [1, 0], [1, 1]]
+    assert regions.read_zone(str(tmp_path / "zone.csv")).tolist() == corners
+    assert regions.read_zone("0,0 1,0 1,1").tolist() == corners
+
+
+WRONG_REGIONS = {
+    "small hole": (["--hole", "0.5", "0.5", "0.01"], "the radius must be at least the element size"),
+    "hole outside": (["--hole", "0.1", "0.5", "0.2"], "it must lie in the window"),
+    "holes overlap": (["--hole", "0.4", "0.5", "0.1", "--hole", "0.5", "0.5", "0.1"], "from the hole at"),
+    "no zone file": (["--zone", "none.csv", "a"], "there is no such file"),
+    "two corners": (["--zone", "0,0 1,1", "a"], "a zone needs three corners"),
+    "letters": (["--zone", "0,0 1,x 1,1", "a"], "pairs of finite numbers"),
+    "zone crosses itself": (["--zone", "0,0 1,1 1,0 0,1", "a"], "crosses itself"),
+    "zone outside": (["--zone", "2,2 3,2 3,3", "a"], "nothing of it lies in the window"),
+    "zone's name": (["--zone", "0,0 1,0 1,1", "left"], "the name 'left' is taken"),
+    "zone twice": (["--zone", "0,0 1,0 1,1", "a", "--zone", "0,0 1,1 0,1", "a"], "the name 'a' is taken"),
+    "group's name": (["--group", "hole=0:90"], "the name 'hole' is taken"),
+}
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("case", WRONG_REGIONS)
+def test_wrong_holes_and_zones_are_refused(case, tmp_path):
+    (tmp_path / "cross.csv").write_text("x1,y1,x2,y2,trace\n0,0,1,1,0\n0,1,1,0,1\n")
+    words, said = WRONG_REGIONS[case]
+    command = [sys.executable, NETWORK / "make_mesh.py", "cross.csv", "--size", "0.05", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert all(line.startswith("error: ") for line in done.stderr.splitlines())
+
+
+@pytest.mark.fast
+def test_all_wrong_options_of_the_mesher_are_said_at_once(tmp_path):
+    words = [
+        "none.csv",
+        "--size",
+        "-1",
+        "--group",
+        "rock=0:90",
+        "--zone",
+        "0,0 1,1",
+        "a",
+        "--zone",
+        "none.csv",
+        "left",
+    ]
+    command = [sys.executable, NETWORK / "make_mesh.py", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    for said in (
+        "--size",
+        "--group rock",
+        "three corners",
+        "'left' is taken",
+        "no such file",
+        "none.csv: cannot be read",
+    ):
+        assert said in done.stderr, said
+    assert all(line.startswith("error: ") for line in done.stderr.splitlines())
+
+
+@pytest.mark.fast
+def test_lost_length_is_warned_of(tmp_path):
+    _, fine = clean(read_traces(NETWORK / "two_sets.csv"), feature=0.005)
+    assert fine.lost < 0.05
+    assert not fine.warnings()
+    _, coarse = clean(read_traces(NETWORK / "two_sets.csv"), feature=0.03)
+    lost = 1 - coarse.census["cleaned"].length / coarse.census["as read"].length
+    assert lost > 0.05
+    assert f"warning: cleaning lost {100 * lost:.1f} %" in coarse.text()
+    command = [sys.executable, NETWORK / "make_mesh.py", NETWORK / "two_sets.csv", "--size", "0.09"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stderr.startswith("warning: cleaning lost")
+    assert "warning" not in done.stdout
+
+
 BAD = {
     "header": ("x,y,x2,y2,trace\n0,0,1,1,0\n", "the header is"),
     "empty": ("", "the file is empty"),
@@ -280,6 +446,9 @@ def test_quality_of_known_triangles():
 # --- the program on meshes of networks -----------------------------------------------------------------------------
 
 
+FREE = (*SIDE_NAMES.values(), "hole", "hole_1", "hole_2")  # curves that are no fractures
+
+
 def mesh_file(path):
     """Nodes, triangles and lines {group: lines} of a .msh 4.1 text file, read without gmsh."""
     sections, name = {}, None
@@ -312,9 +481,7 @@ def mesh_file(path):
 
 def walk_of_block_edges(place, triangles, lines):
     """Number of lines, length and group of each block edge: lines of fractures joined where two and no more meet."""
-    fracture = [
-        (a, b, name) for name, some in lines.items() if name not in SIDE_NAMES.values() for a, b in some
-    ]
+    fracture = [(a, b, name) for name, some in lines.items() if name not in FREE for a, b in some]
     times = Counter(frozenset(pair) for a, b, c in triangles for pair in ((a, b), (b, c), (c, a)))
     rim = {n for pair, number in times.items() if number == 1 for n in pair}
     meeting = defaultdict(list)
@@ -341,7 +508,7 @@ def walk_of_block_edges(place, triangles, lines):
     return list(found.values())
 
 
-def deck_text(mesh, groups):
+def deck_text(mesh, groups, rocks=("rock",)):
     """A deck with the rock and fractures of the paper's network and one very short stage."""
     joints = [
         f"&joint group='{name}', law='jcm', jrc0=9.7, jcs0_mpa=169, l0=0.2, phi_r=31 /" for name in groups
@@ -349,7 +516,7 @@ def deck_text(mesh, groups):
     return "\n".join(
         [
             f"&run title='a network', mesh='{mesh}', solver='explicit' /",
-            "&material group='rock', density=2700, young=30e9, poisson=0.27 /",
+            *(f"&material group='{rock}', density=2700, young=30e9, poisson=0.27 /" for rock in rocks),
             *joints,
             "&boundary group='left', vx=0 /",
             "&boundary group='bottom', vy=0 /",
@@ -371,15 +538,17 @@ def check_network(femdem, folder, csv, **options):
     h5py = pytest.importorskip("h5py")
     words = [str(csv), "--out", str(folder / "mesh.msh"), "--cleaned", str(folder / "cleaned.csv")]
     for name, values in options.items():
-        if name == "window":
-            words += ["--window", *(str(value) for value in values)]
+        if name in ("window", "hole", "zone"):
+            for one in [values] if name == "window" else values:
+                words += [f"--{name}", *(str(value) for value in one)]
             continue
         for value in values if isinstance(values, list) else [values]:
             words += [f"--{name.replace('_', '-')}", str(value)]
     text = make_mesh.run(make_mesh.arguments_of(words))
     place, triangles, lines = mesh_file(folder / "mesh.msh")
-    groups = [name for name in lines if name not in SIDE_NAMES.values()]
-    (folder / "deck.nml").write_text(deck_text("mesh.msh", groups) + "\n", encoding="utf-8")
+    groups = [name for name in lines if name not in FREE]
+    rocks = ["rock", *(name for _, name in options.get("zone", []))]
+    (folder / "deck.nml").write_text(deck_text("mesh.msh", groups, rocks) + "\n", encoding="utf-8")
     run_femdem(femdem, folder, "--check")
     run_femdem(femdem, folder, "--quiet")
 
@@ -430,6 +599,44 @@ def test_small_drawings_mesh_and_run(femdem, tmp_path):
     )
     write_traces(tmp_path / "drawn.csv", traces)
     check_network(femdem, tmp_path, tmp_path / "drawn.csv", size=0.03, window=[0, 0, 1, 1])
+
+
+def test_network_with_holes_and_zones(femdem, tmp_path):
+    # A band across the window, a block that a fracture ends in, two holes, one of them on the border of the band
+    check_network(
+        femdem,
+        tmp_path,
+        NETWORK / "two_sets.csv",
+        size=0.04,
+        hole=[(1, 1, 0.25), (0.4, 0.3, 0.1)],
+        zone=[("0,0.3 2,0.9 2,1.4 0,0.8", "band"), ("1.5,1.5 1.9,1.5 1.9,1.9 1.5,1.9", "block")],
+    )
+
+
+@pytest.mark.fast
+def test_stress_around_a_hole_is_that_of_the_closed_form(femdem, tmp_path):
+    # A hole in a plate under p from all sides (Kirsch): hoop stress p (1 + a^2/r^2). The plate is a square, so larger
+    # by some 2 per cent than in an infinite one; constant strain in elements of a tenth of the radius gives as much
+    from femdem_results import Results
+
+    radius, size = 0.1, 0.01
+    write_traces(tmp_path / "short.csv", drawn([(-0.95, 0.95), (-0.85, 0.95)]))
+    words = ["short.csv", "--size", size, "--window", "-1", "-1", "1", "1", "--hole", "0", "0", radius]
+    command = [sys.executable, NETWORK / "make_mesh.py", *map(str, words), "--out", "mesh.msh"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    sides = "".join(f"&boundary group='{side}', sxx=5e6, syy=5e6 /\n" for side in SIDE_NAMES.values())
+    deck = deck_text("mesh.msh", ["fractures"]).replace("solver='explicit'", "solver='implicit'").splitlines()
+    kept = [line for line in deck if not line.startswith("&boundary")]
+    held = "&boundary group='corner_sw', vx=0, vy=0 /\n&boundary group='corner_se', vy=0 /\n"
+    (tmp_path / "deck.nml").write_text("\n".join(kept) + "\n" + held + sides, encoding="utf-8")
+    run_femdem(femdem, tmp_path, "--quiet")
+    fields = Results(tmp_path / "results").fields
+    mesh = fields.mesh()
+    distance = np.hypot(*mesh.coordinates[mesh.triangles].mean(axis=1).T)
+    for inner, outer in ((1.0, 1.2), (1.5, 2.0), (3.0, 4.0)):
+        ring = (distance > inner * radius) & (distance < outer * radius)
+        expected = 5e6 * (1 + (radius / distance[ring]) ** 2)
+        assert fields.read("stress_1")[ring].mean() == pytest.approx(expected.mean(), rel=0.04)
 
 
 SHARED_CASES = {

@@ -255,3 +255,33 @@ def test_the_window_goes_to_the_mesh(network):
     network(*COARSE, "--phase", "a=6,5", "--window", "0.5", "0.5", "1.5", "1.25", "--size", "0.06")
     place = Results(network.results / "jcm" / "a").fields.mesh().coordinates
     assert [*place.min(axis=0), *place.max(axis=0)] == pytest.approx([0.5, 0.5, 1.5, 1.25])
+
+
+def test_a_hole_and_a_zone_go_to_the_mesh(network, tmp_path):
+    text = (NETWORK / "phase_1.nml").read_text()
+    soft = "&material group = 'soft', density = 2700, young = 10e9, poisson = 0.27 /\n"
+    (tmp_path / "my.nml").write_text(text + soft)
+    # One trace, far from the hole: blocks between several would fall into it
+    (tmp_path / "map.csv").write_text("x1,y1,x2,y2,trace\n0.2,0.2,0.9,0.3,0\n")
+    options = ["--deck", tmp_path / "my.nml", "--window", "0", "0", "2", "2", "--hole", "1.3", "1.3", "0.2"]
+    options += ["--zone", "0,0 2,0 2,0.5 0,0.5", "soft", "--phase", "load=6,5"]
+    network(*COARSE, *options, traces=tmp_path / "map.csv")
+    fields = Results(network.results / "jcm" / "load").fields
+    mesh = fields.mesh()
+    assert {"rock", "soft"} <= set(mesh.group_name)
+    centre = mesh.coordinates[mesh.triangles].mean(axis=1)
+    assert (np.hypot(*(centre - 1.3).T) > 0.19).all()
+    soft = np.array(mesh.group_name)[mesh.triangle_group] == "soft"
+    assert (soft == (centre[:, 1] < 0.5)).all()
+
+
+def test_a_zone_without_material_is_said(network):
+    done = network(*COARSE, "--zone", "0,0 2,0 2,0.5 0,0.5", "soft", "--phase", "a=6,5", status=1)
+    assert "jcm phase_1: " in done.stderr.partition("failed:")[2]
+    assert "soft" in done.stderr
+
+
+def test_lost_length_is_warned_of_again_when_the_mesh_is_kept(network):
+    for _ in range(2):
+        done = network(*COARSE, "--phase", "a=6,5")
+        assert done.stderr.count("warning: cleaning lost") == 1

@@ -15,8 +15,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from planar_graph import (
     COINCIDENT,
+    FIRST_LINE,
+    FIXED,
+    ON_LINE,
+    SIDES,
     EndlessError,
     Graph,
+    Window,
     branches,
     crossings,
     graph_of,
@@ -30,6 +35,7 @@ from traces import TraceError, Traces, clip
 SNAP = 5e-4  # of the window's shorter side: default snap tolerance, 1 mm in 2 m
 MIN_ANGLE = 15.0  # default least angle between fractures at a node [degrees]
 LINK_ANGLE = np.radians(60.0)  # angle at which a rerouted fracture meets the other
+LOSS = 0.05  # part of the traces' length whose loss is warned of
 MOST_ROUNDS = 200  # of removing features
 ROUNDS_OF_WEDGES = 100  # of them, in which wedges are opened
 SMALLER = (1.0, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1)  # parts of the feature that are tried in turn
@@ -53,10 +59,13 @@ class Census:
     def of(cls, graph):
         """Count a planar graph."""
         degree = graph.degree
-        inside = graph.side == 0
+        of_hole = getattr(graph.window, "of_hole", np.zeros(0, dtype=int)) >= 0
+        inside = (graph.side & SIDES == 0) & ~graph.lines_of_nodes[:, of_hole].any(axis=1)
+        # A fracture goes on through the border of a zone
+        through = inside & (graph.side & ON_LINE > 0) & (degree == 2)
         return cls(
             traces=len(np.unique(graph.trace[graph.is_fracture])),
-            branches=len(branches(graph)),
+            branches=len(branches(graph)) - int(through.sum()),
             length=graph.fracture_length,
             tips=int((inside & (degree == 1)).sum()),
             abutments=int((inside & (degree == 3)).sum()),
@@ -75,6 +84,21 @@ class Report:
     changes: dict = field(default_factory=dict)  # Counter of changes by name of the pass
     moved: float = 0.0  # largest distance of a point of the traces from the cleaned network [m]
     narrow: int = 0  # wedges below the least angle that remain
+
+    @property
+    def lost(self):
+        """Part of the traces' length in the window that is not in the cleaned network."""
+        return 1.0 - self.census["cleaned"].length / self.census["as read"].length
+
+    def warnings(self):
+        """What the user should look at, one line each."""
+        if self.lost <= LOSS:
+            return []
+        read, left = (self.census[state].length for state in ("as read", "cleaned"))
+        return [
+            f"warning: cleaning lost {100 * self.lost:.1f} % of the length of the traces ({read:.4g} m read, {left:.4g} m left);"
+            " a smaller --size, --feature or --stub keeps more"
+        ]
 
     def text(self):
         """The report as lines of text."""
@@ -101,16 +125,16 @@ class Report:
             f"the cleaned network passes within {1e3 * self.moved:.3g} mm of every point of the traces"
         )
         lines.append(f"wedges below the least angle that remain: {self.narrow}")
-        return "\n".join(lines)
+        return "\n".join(lines + self.warnings())
 
 
 def clean(traces, window=None, snap=None, feature=None, simplify=None, stub=None, min_angle=MIN_ANGLE):
     """Clean traces; the graph and the report.
 
-    window: rectangle x0, y0, x1, y1 [m], default the extent of the traces. snap: tolerance of the first pass [m].
-    feature: least distance between what is not joined in the second pass [m], default 4 snap. simplify: tolerance of
-    the simplification of branches [m], default half a feature. stub: shorter dangling ends are dropped [m], default
-    twice the feature. min_angle: least angle of a wedge [degrees].
+    window: rectangle x0, y0, x1, y1 [m], default the extent of the traces; a Window may have holes and zones. snap:
+    tolerance of the first pass [m]. feature: least distance between what is not joined in the second pass [m], default
+    4 snap. simplify: tolerance of the simplification of branches [m], default half a feature. stub: shorter dangling ends
+    are dropped [m], default twice the feature. min_angle: least angle of a wedge [degrees].
     """
     window = checked_window(window or traces.extent)
     size = max(window[2] - window[0], window[3] - window[1])
@@ -133,7 +157,7 @@ def clean(traces, window=None, snap=None, feature=None, simplify=None, stub=None
 
     clipped = clip(traces, window)
     if len(clipped.segment) == 0:
-        raise TraceError("no trace lies in the window (%g, %g) to (%g, %g) m" % window)  # noqa: UP031
+        raise TraceError("no trace lies in the window (%g, %g) to (%g, %g) m" % tuple(window))  # noqa: UP031
     first["traces outside the window dropped"] = len(traces.name) - clipped.used
     first["pieces outside the window dropped"] = len(traces.segment) - len(clipped.segment)
     report.census["as read"] = Census.of(knit(graph_of(clipped, window), COINCIDENT * size, Counter()))
@@ -167,8 +191,8 @@ def check_left(graph):
 
 
 def checked_window(window):
-    """The window as four numbers, refused when it has no area."""
-    window = tuple(float(x) for x in window)
+    """The window as four numbers (or as the Window it is), refused when it has no area."""
+    window = window if isinstance(window, Window) else tuple(float(x) for x in window)
     if len(window) != 4 or not all(np.isfinite(window)) or window[0] >= window[2] or window[1] >= window[3]:
         raise TraceError(f"the window {window} has no area; give x0 y0 x1 y1 with x0 < x1 and y0 < y1")
     return window
@@ -339,6 +363,8 @@ def wedges(graph, min_angle):
     following[first + count - 1] = first
     angle = (direction[following] - direction) % (2 * np.pi)
     narrow = (angle < min_angle) & (following != np.arange(len(ends)))
+    # Borders stay as they were given
+    narrow &= (graph.trace[number] >= 0) | (graph.trace[number[following]] >= 0)
     return [
         (int(ends[k]), int(number[k]), int(number[following[k]]), float(angle[k]))
         for k in np.flatnonzero(narrow)
@@ -368,6 +394,11 @@ def open_wedges(graph, feature, min_angle, counts):
         a, b = (int(graph.edge[k].sum() - v) for k in (stay, bend))
         if touched[stay] or touched[bend] or touched_node[[v, a, b]].any():
             continue
+        # What is on another side or line cannot be led to this one
+        if graph.trace[stay] < 0 and side[b] & (
+            ON_LINE if graph.trace[stay] > FIRST_LINE else ON_LINE | SIDES
+        ):
+            continue
         touched[[stay, bend]] = touched_node[[v, a, b]] = True
         along, beside = graph.xy[a] - graph.xy[v], graph.xy[b] - graph.xy[v]
         long, wide = np.hypot(*along), np.hypot(*beside)
@@ -377,7 +408,7 @@ def open_wedges(graph, feature, min_angle, counts):
             added_edge += [(v, b), (b, a)]
             added_trace += [graph.trace[stay]] * 2
             if graph.trace[stay] < 0:
-                side[b] |= side[v] & side[a]
+                side[b] |= side[v] & side[a] & ~FIXED
                 xy[b] = graph.xy[v] + along * (along @ beside) / long**2
         elif long * np.sin(angle) < apart:
             added_edge += [(v, a), (a, b)]
@@ -388,7 +419,7 @@ def open_wedges(graph, feature, min_angle, counts):
             p = graph.xy[v] + along * (back / long)
             q = graph.xy[v] + beside * (out / wide)
             xy += [p, q]
-            on_side = side[v] & side[a] if graph.trace[stay] < 0 else 0
+            on_side = side[v] & side[a] & ~FIXED if graph.trace[stay] < 0 else 0
             side = np.append(side, [on_side, 0])
             added_edge += [(v, len(xy) - 2), (len(xy) - 2, a), (len(xy) - 2, len(xy) - 1), (len(xy) - 1, b)]
             added_trace += [graph.trace[stay]] * 2 + [graph.trace[bend]] * 2

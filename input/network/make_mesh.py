@@ -4,11 +4,13 @@
     python3 make_mesh.py two_sets.csv --size 0.015 --out two_sets.msh
 
 The mesh has the physical surface 'rock', the physical curve 'fractures' (or more, see --group), the physical curves
-'left', 'right', 'bottom' and 'top', and the physical points 'corner_sw', 'corner_se', 'corner_ne', 'corner_nw'. What
-cleaning changed and the worst elements are printed. Lengths are in metres, angles in degrees.
+'left', 'right', 'bottom' and 'top', and the physical points 'corner_sw', 'corner_se', 'corner_ne', 'corner_nw'; with --hole
+and --zone also curves of openings and surfaces of other rock. What cleaning changed and the worst elements are printed.
+Lengths are in metres, angles in degrees.
 """
 
 import argparse
+import itertools
 import os
 import sys
 from collections import Counter
@@ -16,9 +18,10 @@ from pathlib import Path
 
 import gmsh
 import numpy as np
-from cleaning import MIN_ANGLE, clean, traces_of
+from cleaning import MIN_ANGLE, checked_window, clean, traces_of
 from mesh_quality import MeshData, Quality, check_mesh
-from planar_graph import SIDE_NAMES, Graph, branches, nodes_near_edges
+from planar_graph import FIRST_LINE, SIDE_NAMES, Graph, branches, nodes_near_edges
+from regions import HOLE, make_regions, outside_holes, read_zone
 from traces import TraceError, read_traces, write_traces
 
 FEATURE = 0.35  # default least feature over the element size at fractures
@@ -37,13 +40,34 @@ class MeshError(Exception):
     """gmsh gave no mesh that the program would take."""
 
 
+def is_taken(name):
+    """Is it the name of a group that every mesh may have?"""
+    own = (SURFACE, FRACTURES, *SIDE_NAMES.values(), *CORNERS.values())
+    return name in own or name == HOLE or name.startswith(f"{HOLE}_")
+
+
+def parse_zones(pairs, groups):
+    """Zones of --zone FILE_OR_POLYGON NAME: (corners, name); what is wrong with any is said in one TraceError."""
+    zones, wrong = [], []
+    for text, name in pairs:
+        if not name.strip() or is_taken(name) or name in groups or name in [other for _, other in zones]:
+            wrong.append(f"--zone {text} {name}: the name '{name}' is taken")
+        try:
+            zones.append((read_zone(text), name))
+        except TraceError as error:
+            wrong.append(str(error))
+    if wrong:
+        raise TraceError("\n".join(wrong))
+    return zones
+
+
 def parse_group(text):
     """A --group: NAME=FROM:TO, strikes in degrees, or NAME=trace:A,B,..., names of traces."""
     name, equals, what = text.partition("=")
     name = name.strip()
     if not equals or not name:
         raise TraceError(f"--group {text}: it must be NAME=FROM:TO (strikes) or NAME=trace:A,B,... (traces)")
-    if name in (SURFACE, FRACTURES, *SIDE_NAMES.values(), *CORNERS.values()):
+    if is_taken(name):
         raise TraceError(f"--group {text}: the name '{name}' is taken")
     if what.startswith("trace:"):
         return name, {word.strip() for word in what.removeprefix("trace:").split(",")}
@@ -109,27 +133,72 @@ def halve_single_edges(graph, size):
     )
 
 
-def build_geometry(graph, group):
-    """Points, lines and the surface of the cleaned network in gmsh; the gmsh points and lines of the graph."""
+def build_geometry(graph, group, regions):
+    """Points, lines and surfaces of the cleaned network in gmsh; the gmsh points and lines of the graph."""
     geo = gmsh.model.geo
     point = [geo.addPoint(x, y, 0.0) for x, y in graph.xy]
     line = [geo.addLine(point[a], point[b]) for a, b in graph.edge]
-    fracture = graph.is_fracture
-    surface = geo.addPlaneSurface([geo.addCurveLoop(boundary_loop(graph, line))])
+    surfaces = {}
+    embedded = []
+    for name, loops, inside in faces(graph, line, regions):
+        surfaces.setdefault(name, []).append(geo.addPlaneSurface([geo.addCurveLoop(loop) for loop in loops]))
+        embedded.append(([line[e] for e in inside], surfaces[name][-1]))
     geo.synchronize()
-    gmsh.model.mesh.embed(1, [line[e] for e in np.flatnonzero(fracture)], 2, surface)
+    for lines, surface in embedded:
+        gmsh.model.mesh.embed(1, lines, 2, surface)
     members = {}
     for e, trace in enumerate(graph.trace.tolist()):
-        name = SIDE_NAMES[trace] if trace < 0 else group[trace]
-        members.setdefault(name, []).append(line[e])
+        name = curve_name(trace, group, regions)
+        if name:
+            members.setdefault(name, []).append(line[e])
     for name in sorted(members, key=lambda name: (name in SIDE_NAMES.values(), name)):
         gmsh.model.setPhysicalName(1, gmsh.model.addPhysicalGroup(1, members[name]), name)
-    gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, [surface]), SURFACE)
+    for name, tags in surfaces.items():
+        gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, tags), name)
     for (east, north), name in CORNERS.items():
         corner = (graph.window[2 * east], graph.window[1 + 2 * north])
         node = int(np.argmin(np.hypot(*(graph.xy - corner).T)))
         gmsh.model.setPhysicalName(0, gmsh.model.addPhysicalGroup(0, [point[node]]), name)
     return point, line
+
+
+def curve_name(trace, group, regions):
+    """Physical curve of an edge of a trace; none for borders between rocks."""
+    if trace > FIRST_LINE:
+        return SIDE_NAMES[trace] if trace < 0 else group[trace]
+    hole = regions.window.of_hole[FIRST_LINE - trace]
+    return regions.holes[hole].name if hole >= 0 else ""
+
+
+def faces(graph, line, regions):
+    """Faces of the rock: physical surface, loops of gmsh lines (the outer first), edges of fractures inside."""
+    fracture = graph.is_fracture
+    if not regions.holes and not regions.zones:
+        return [(SURFACE, [boundary_loop(graph, line)], np.flatnonzero(fracture))]
+    from shapely.geometry import Point
+    from shapely.geometry.polygon import orient
+    from shapely.ops import polygonize
+    from shapely.prepared import prep
+
+    border = ~fracture | (graph.line_of_edges >= 0)
+    number = {tuple(place): n for n, place in enumerate(graph.xy.tolist())}
+    tag = {}
+    for e, (a, b) in enumerate(graph.edge.tolist()):
+        tag[a, b], tag[b, a] = line[e], -line[e]
+    middle = [Point(*place) for place in graph.xy[graph.edge].mean(axis=1)]
+    found = []
+    for polygon in map(orient, polygonize(graph.xy[graph.edge[border]].tolist())):
+        place = polygon.representative_point()
+        if any(np.hypot(place.x - hole.x, place.y - hole.y) < hole.inscribed for hole in regions.holes):
+            continue
+        rings = [
+            [number[corner] for corner in ring.coords] for ring in (polygon.exterior, *polygon.interiors)
+        ]
+        loops = [[tag[pair] for pair in itertools.pairwise(ring)] for ring in rings]
+        inside = prep(polygon)
+        edges = [e for e in np.flatnonzero(~border) if inside.contains(middle[e])]
+        found.append((regions.name_at(place, SURFACE), loops, edges))
+    return found
 
 
 def boundary_loop(graph, line):
@@ -176,10 +245,12 @@ def narrow_places(graph, point, size):
 
 
 def set_sizes(graph, point, line, size, coarse, grading):
-    """Element sizes: the given one along fractures, less at narrow places, growing with the distance from them."""
+    """Element sizes: that given along fractures and holes, less at narrow places, growing with the distance from them."""
     field = gmsh.model.mesh.field
     by_samples = {}
-    for e in np.flatnonzero(graph.is_fracture):
+    on_line = np.flatnonzero(graph.trace <= FIRST_LINE)
+    of_hole = [e for e in on_line if graph.window.of_hole[FIRST_LINE - graph.trace[e]] >= 0]
+    for e in [*np.flatnonzero(graph.is_fracture), *of_hole]:
         # Powers of two, so that a few fields do for all lengths
         samples = 2 ** int(np.ceil(np.log2(2 + SAMPLES * graph.lengths[e] / size)))
         by_samples.setdefault(samples, []).append(line[e])
@@ -226,10 +297,19 @@ def read_mesh(path):
         for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag):
             parts += [number[n.astype(int)].reshape(-1, 2) for n in gmsh.model.mesh.getElements(1, entity)[2]]
         lines[name] = np.vstack(parts)
-    return MeshData(xyz.reshape(-1, 3)[:, :2], np.vstack(triangles), lines)
+    surfaces, count = {}, 0
+    for _, entity in gmsh.model.getEntities(2):
+        of_entity = sum(len(tags) for tags in gmsh.model.mesh.getElements(2, entity)[1])
+        for group in gmsh.model.getPhysicalGroupsForEntity(2, entity):
+            surfaces.setdefault(gmsh.model.getPhysicalName(2, group), []).append(
+                np.arange(count, count + of_entity)
+            )
+        count += of_entity
+    surfaces = {name: np.concatenate(numbers) for name, numbers in surfaces.items()}
+    return MeshData(xyz.reshape(-1, 3)[:, :2], np.vstack(triangles), lines, surfaces)
 
 
-def write_mesh(graph, group, size, coarse, grading, path):
+def write_mesh(graph, group, size, coarse, grading, path, regions):
     """Mesh the cleaned network and write the file, when it is one the program will take; the mesh.
 
     The file is written under another name, read back and checked, and only then put in its place. Where gmsh's first
@@ -243,7 +323,7 @@ def write_mesh(graph, group, size, coarse, grading, path):
         gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
         for algorithm in ALGORITHMS:
             gmsh.clear()
-            point, line = build_geometry(graph, group)
+            point, line = build_geometry(graph, group, regions)
             set_sizes(graph, point, line, size, coarse, grading)
             gmsh.option.setNumber("Mesh.Algorithm", algorithm)
             try:
@@ -251,7 +331,9 @@ def write_mesh(graph, group, size, coarse, grading, path):
                 gmsh.model.mesh.optimize("Laplace2D", niter=3)
                 gmsh.write(str(part))
                 mesh = read_mesh(part)
-                wrong = check_mesh(mesh, graph.window, graph.fracture_length, SIDE_NAMES.values())
+                areas = {name: zone.area for name, zone in regions.zones}
+                sides = SIDE_NAMES.values()
+                wrong = check_mesh(mesh, graph.window, graph.fracture_length, sides, regions.holes, areas)
             except Exception as error:  # gmsh raises plain exceptions
                 wrong = [str(error)]
             if not wrong:
@@ -350,6 +432,23 @@ def arguments_of(words=None):
         metavar="NAME=FROM:TO",
         help="physical curve for traces that strike FROM to TO degrees from north, or NAME=trace:A,B (repeat)",
     )
+    parser.add_argument(
+        "--hole",
+        action="append",
+        default=[],
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "R"),
+        help="circular opening, with the physical curve 'hole' ('hole_1', 'hole_2', ... when there are several; repeat)",
+    )
+    parser.add_argument(
+        "--zone",
+        action="append",
+        default=[],
+        nargs=2,
+        metavar=("POLYGON", "NAME"),
+        help="rock with a physical surface of its own: a CSV file of corners (header x,y) or 'x,y x,y x,y' (repeat)",
+    )
     parser.add_argument("--cleaned", help="CSV file to write the cleaned traces to")
     parser.add_argument("--figure", help="picture to draw: the mesh and its worst places")
     parser.add_argument("--report", help="text file to write the report to, too")
@@ -359,20 +458,43 @@ def arguments_of(words=None):
     return parser.parse_args(words)
 
 
+def read_input(arguments, coarse):
+    """Groups, zones and traces of the command line; all that is wrong with any is said in one TraceError."""
+    wrong = []
+
+    def attempt(function, *given):
+        try:
+            return function(*given)
+        except TraceError as error:
+            wrong.append(str(error))
+            return None
+
+    if not arguments.size > 0.0 or not coarse >= arguments.size or not arguments.grading > 0.0:
+        wrong.append("--size and --grading must be positive, and --coarse not less than --size")
+    choices = [attempt(parse_group, text) for text in arguments.group]
+    zones = attempt(parse_zones, arguments.zone, [choice[0] for choice in choices if choice])
+    traces = attempt(read_traces, arguments.traces)
+    if arguments.window:
+        attempt(checked_window, arguments.window)
+    if wrong:
+        raise TraceError("\n".join(wrong))
+    return choices, zones, traces
+
+
 def run(arguments):
     """Do what the command line asks for; the report's text."""
     size = arguments.size
     coarse = COARSE * size if arguments.coarse is None else arguments.coarse
-    if not size > 0.0 or not coarse >= size or not arguments.grading > 0.0:
-        raise TraceError("--size and --grading must be positive, and --coarse not less than --size")
     out = arguments.out or str(Path(arguments.traces).with_suffix(".msh").name)
-    choices = [parse_group(text) for text in arguments.group]
-    traces = read_traces(arguments.traces)
+    choices, zones, traces = read_input(arguments, coarse)
+    feature = FEATURE * size if arguments.feature is None else arguments.feature
+    window = checked_window(arguments.window or traces.extent)
+    regions = make_regions(arguments.hole, zones, window, size, feature)
     graph, report = clean(
-        traces,
-        window=arguments.window,
+        outside_holes(traces, regions.holes),
+        window=regions.window,
         snap=arguments.snap,
-        feature=FEATURE * size if arguments.feature is None else arguments.feature,
+        feature=feature,
         simplify=arguments.simplify,
         stub=arguments.stub,
         min_angle=arguments.min_angle,
@@ -381,7 +503,7 @@ def run(arguments):
     group = groups_of_traces(graph, traces.name, choices)
     if arguments.cleaned:
         write_traces(arguments.cleaned, traces_of(graph, traces.name))
-    mesh = write_mesh(graph, group, size, coarse, arguments.grading, out)
+    mesh = write_mesh(graph, group, size, coarse, arguments.grading, out, regions)
     quality = Quality.of(mesh)
     if arguments.figure:
         draw(arguments.figure, traces, graph, mesh, quality)
@@ -390,6 +512,8 @@ def run(arguments):
         f"'{name}': {len(lines)} edges" + (f", {count[name]} traces" if name in count else "")
         for name, lines in mesh.line.items()
     ]
+    if regions.zones:
+        curves += [f"'{name}': {len(triangles)} triangles" for name, triangles in mesh.surface.items()]
     text = "\n".join(
         [f"traces: {arguments.traces}", report.text(), f"mesh: {out}", quality.text(arguments.worst), *curves]
     )
@@ -401,9 +525,11 @@ def run(arguments):
 def main():
     arguments = arguments_of()
     try:
-        print(run(arguments))
+        for line in run(arguments).splitlines():
+            print(line, file=sys.stderr if line.startswith("warning: ") else sys.stdout)
     except (TraceError, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        for line in str(error).splitlines():
+            print(f"error: {line}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     except MeshError as error:
         print(f"error: {error}", file=sys.stderr)

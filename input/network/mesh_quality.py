@@ -1,6 +1,6 @@
 """What is right and how good a triangle mesh of a fracture network is: checks of the mesh file, and its worst elements."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -16,6 +16,7 @@ class MeshData:
     xy: np.ndarray  # nodes (nodes, 2) [m]
     triangle: np.ndarray  # corners, numbered from 0 (triangles, 3)
     line: dict  # nodes of the lines of each physical curve (lines, 2)
+    surface: dict = field(default_factory=dict)  # numbers of the triangles of each physical surface
 
 
 def triangle_edges(triangle):
@@ -29,12 +30,14 @@ def line_length(mesh, lines):
     return float(np.hypot(*(mesh.xy[lines[:, 1]] - mesh.xy[lines[:, 0]]).T).sum())
 
 
-def check_mesh(mesh, window, fracture_length, sides):
+def check_mesh(mesh, window, fracture_length, sides, holes=(), surfaces=None):
     """All that is wrong with a mesh, one text each; none when the program will take it.
 
     Triangles with area that turn one way, whose areas add up to the window's and whose free edges are the window's
-    sides, neither overlap nor leave gaps nor have hanging nodes.
+    sides, neither overlap nor leave gaps nor have hanging nodes. holes: with name, area [m2] and perimeter [m]; their
+    curves are free edges too. surfaces: area of each physical surface [m2].
     """
+    sides = [*sides, *(hole.name for hole in holes)]
     wrong = []
     if len(mesh.triangle) == 0:
         return ["there are no triangles"]
@@ -44,10 +47,13 @@ def check_mesh(mesh, window, fracture_length, sides):
     if flat:
         wrong.append(f"{flat} triangles have no area or are turned over")
     width, height = window[2] - window[0], window[3] - window[1]
-    if abs(area.sum() - width * height) > EXACT * width * height:
-        wrong.append(
-            f"the triangles have an area of {area.sum():.12g} m2, the window {width * height:.12g} m2"
-        )
+    whole = width * height - sum(hole.area for hole in holes)
+    if abs(area.sum() - whole) > EXACT * whole:
+        wrong.append(f"the triangles have an area of {area.sum():.12g} m2, the window {whole:.12g} m2")
+    for name, expected in (surfaces or {}).items():
+        found = area[mesh.surface.get(name, np.zeros(0, dtype=int))].sum()
+        if abs(found - expected) > EXACT * whole:
+            wrong.append(f"the triangles of '{name}' have an area of {found:.12g} m2, not {expected:.12g} m2")
     if (shared > 2).any():
         wrong.append(f"{int((shared > 2).sum())} edges have more than two triangles")
     unused = len(mesh.xy) - len(np.unique(mesh.triangle))
@@ -74,8 +80,9 @@ def check_mesh(mesh, window, fracture_length, sides):
     if free != on_sides:
         wrong.append(f"{free} edges are free, {on_sides} are on the sides of the window")
     perimeter = sum(line_length(mesh, mesh.line[name]) for name in sides if name in mesh.line)
-    if abs(perimeter - 2 * (width + height)) > EXACT * perimeter:
-        wrong.append(f"the sides are {perimeter:.12g} m long, the window {2 * (width + height):.12g} m")
+    around = 2 * (width + height) + sum(hole.perimeter for hole in holes)
+    if abs(perimeter - around) > EXACT * perimeter:
+        wrong.append(f"the sides are {perimeter:.12g} m long, those of the window {around:.12g} m")
     meshed = sum(line_length(mesh, lines) for name, lines in mesh.line.items() if name not in sides)
     if abs(meshed - fracture_length) > EXACT * fracture_length:
         wrong.append(

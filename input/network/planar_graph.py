@@ -1,7 +1,8 @@
 """Planar graph of a fracture network in a rectangle: nodes, straight edges, and the operations that make it planar.
 
 The sides of the rectangle are edges of the graph like the fractures, so that a fracture near the boundary is treated
-like one near another fracture. An edge of the boundary has a negative trace (LEFT to TOP).
+like one near another fracture. An edge of the boundary has a negative trace (LEFT to TOP). So have the lines inside it
+that the mesh must follow, borders of holes and zones: FIRST_LINE and less. Their ends stay where they are.
 """
 
 import itertools
@@ -14,6 +15,9 @@ LEFT, RIGHT, BOTTOM, TOP = -1, -2, -3, -4  # traces of the sides
 SIDE_NAMES = {LEFT: "left", RIGHT: "right", BOTTOM: "bottom", TOP: "top"}
 SIDE_BIT = {LEFT: 1, RIGHT: 2, BOTTOM: 4, TOP: 8}
 CORNERS = np.array([5, 6, 10, 9])  # bits of the corners, anticlockwise from the origin
+SIDES = 15  # bits of all sides
+ON_LINE, FIXED = 16, 32  # bits of nodes on lines that the mesh must follow, and of the ends of these lines
+FIRST_LINE = -5  # trace of the first of these lines; the next has -6, and so on
 COINCIDENT = 1e-9  # of the window's size: nodes nearer than this are one in traces as they were read
 MOST_ROUNDS = 400  # of knitting; a few dozen are usual
 
@@ -22,15 +26,72 @@ class EndlessError(Exception):
     """Changes that undo each other: cleaning with these tolerances does not come to an end."""
 
 
+class Window(tuple):
+    """Rectangle x0, y0, x1, y1 [m], with the lines in it that the mesh must follow.
+
+    line: ends (lines, 2, 2) [m]; lines meet each other and the sides at their ends only. of_hole: which hole each is
+    the border of, -1 for borders between rocks. hole: centre and radius of the largest circle in each hole [m].
+    """
+
+    def __new__(cls, sides, line=(), of_hole=(), hole=()):
+        window = super().__new__(cls, sides)
+        window.line = np.array(line, dtype=float).reshape(-1, 2, 2)
+        window.of_hole = np.array(of_hole, dtype=int)
+        window.hole = list(hole)
+        return window
+
+
+def lines_at(window, xy):
+    """On which lines of a window points lie (points, lines)."""
+    line = getattr(window, "line", np.zeros((0, 2, 2)))
+    start, along = line[:, 0], line[:, 1] - line[:, 0]
+    beyond = xy[:, None] - start
+    part = np.clip((beyond * along).sum(axis=2) / (along**2).sum(axis=1), 0.0, 1.0)
+    off = np.hypot(*np.moveaxis(beyond - part[..., None] * along, 2, 0))
+    return off < COINCIDENT * max(window[2] - window[0], window[3] - window[1])
+
+
+def are_corners(side):
+    """Do nodes with these bits stay where they are: corners of the window, ends of lines?"""
+    return np.isin(side & SIDES, CORNERS) | (side & FIXED > 0)
+
+
 @dataclass
 class Graph:
     """Nodes and edges. Operations return a new graph."""
 
     xy: np.ndarray  # places of the nodes (nodes, 2) [m]
-    side: np.ndarray  # bits of the sides that each node is on (nodes)
+    side: np.ndarray  # bits of the sides that each node is on, ON_LINE, FIXED (nodes)
     edge: np.ndarray  # nodes of each edge (edges, 2)
     trace: np.ndarray  # trace of each edge, negative for the boundary (edges)
-    window: tuple  # x0, y0, x1, y1 [m]
+    window: tuple  # x0, y0, x1, y1 [m]; a Window where there are lines in it
+
+    @property
+    def lines_of_nodes(self):
+        """On which lines of the window each node is, by its bit and its place (nodes, lines)."""
+        found = np.zeros((len(self.xy), len(getattr(self.window, "line", ()))), dtype=bool)
+        on_line = self.side & ON_LINE > 0
+        if found.shape[1] and on_line.any():
+            found[on_line] = lines_at(self.window, self.xy[on_line])
+        return found
+
+    @property
+    def line_of_edges(self):
+        """Line of the window that each edge is a part of, -1 for none (edges)."""
+        on = self.lines_of_nodes
+        if not on.any():
+            return np.full(len(self.edge), -1)
+        both = on[self.edge[:, 0]] & on[self.edge[:, 1]]
+        return np.where(both.any(axis=1), both.argmax(axis=1), -1)
+
+    @property
+    def in_hole(self):
+        """Does the middle of each edge lie in a hole? (edges)"""
+        middle = self.xy[self.edge].mean(axis=1)
+        inside = np.zeros(len(self.edge), dtype=bool)
+        for x, y, radius in getattr(self.window, "hole", ()):
+            inside |= np.hypot(middle[:, 0] - x, middle[:, 1] - y) < radius * (1 - COINCIDENT)
+        return inside
 
     @property
     def is_fracture(self):
@@ -62,32 +123,47 @@ def graph_of(traces, window):
     """Graph of clipped traces and the window's sides, not yet planar."""
     x0, y0, x1, y1 = window
     corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    side = CORNERS.copy()
     ends, place = np.unique(traces.segment.reshape(-1, 2), axis=0, return_inverse=True)
-    edge = place.reshape(-1, 2) + 4
+    fixed = np.unique(getattr(window, "line", np.zeros((0, 2, 2))).reshape(-1, 2), axis=0)
+    for k, corner in enumerate(corners):
+        at_corner = (fixed == corner).all(axis=1)
+        side[k] |= (ON_LINE | FIXED) * int(at_corner.any())
+        fixed = fixed[~at_corner]
+    of_fixed = ON_LINE | FIXED | (fixed == [x0, y0]) @ [1, 4] | (fixed == [x1, y1]) @ [2, 8]
+    edge = place.reshape(-1, 2) + 4 + len(fixed)
     return Graph(
-        np.vstack([corners, ends]),
-        np.concatenate([CORNERS, np.zeros(len(ends), dtype=int)]),
+        np.vstack([corners, fixed, ends]),
+        np.concatenate([side, of_fixed, np.zeros(len(ends), dtype=int)]).astype(int),
         np.vstack([[[0, 1], [1, 2], [2, 3], [3, 0]], edge]),
         np.concatenate([[BOTTOM, RIGHT, TOP, LEFT], traces.trace]),
-        tuple(window),
+        window if isinstance(window, Window) else tuple(window),
     )
 
 
 def tidy(graph, counts):
     """Drop edges without length, edges that are there already, edges along the boundary, and unused nodes.
 
-    The boundary is drawn anew, from corner to corner through the nodes where fractures end.
+    The boundary is drawn anew, from corner to corner through the nodes where fractures end, and so are the lines in the
+    window. A fracture along the border of a zone stays; one along that of a hole, or in the hole, does not.
     """
     side = graph.side[graph.edge]
-    along = (side[:, 0] & side[:, 1] != 0) & graph.is_fracture & (graph.edge[:, 0] != graph.edge[:, 1])
+    along = side[:, 0] & side[:, 1] & SIDES != 0
+    if graph.lines_of_nodes.any():
+        line = graph.line_of_edges
+        along |= (line >= 0) & (graph.window.of_hole[line] >= 0) | graph.in_hole
+    along &= graph.is_fracture & (graph.edge[:, 0] != graph.edge[:, 1])
     counts["pieces along the boundary dropped"] += int(along.sum())
     graph = Graph(graph.xy, graph.side, graph.edge[~along], graph.trace[~along], graph.window)
     edge, trace = boundary_drawn(graph)
     keep = edge[:, 0] != edge[:, 1]
-    # The boundary first, then traces in order: the first edge between two nodes stays
-    order = np.flatnonzero(keep)[np.argsort(trace[keep], kind="stable")]
+    # The boundary first, then traces in order, then lines: the first edge between two nodes stays
+    precedence = np.where(trace > FIRST_LINE, trace, np.iinfo(int).max)
+    order = np.flatnonzero(keep)[np.argsort(precedence[keep], kind="stable")]
     _, first = np.unique(np.sort(edge[order], axis=1), axis=0, return_index=True)
-    counts["pieces that lie on others dropped"] += len(order) - len(first)
+    doubled = np.ones(len(order), dtype=bool)
+    doubled[first] = False
+    counts["pieces that lie on others dropped"] += int((doubled & (trace[order] > FIRST_LINE)).sum())
     order = np.sort(order[first])
     edge, trace = edge[order], trace[order]
     used = np.zeros(len(graph.xy), dtype=bool)
@@ -99,12 +175,18 @@ def tidy(graph, counts):
 def boundary_drawn(graph):
     """Edges and their traces, with new edges for the boundary."""
     edge, trace = [graph.edge[graph.is_fracture]], [graph.trace[graph.is_fracture]]
-    wanted = (graph.degree > 0) | np.isin(graph.side, CORNERS)
+    wanted = (graph.degree > 0) | are_corners(graph.side)
     for which, bit in SIDE_BIT.items():
         nodes = np.flatnonzero(wanted & (graph.side & bit > 0))
         nodes = nodes[np.argsort(graph.xy[nodes, 1 if which in (LEFT, RIGHT) else 0], kind="stable")]
         edge.append(np.stack([nodes[:-1], nodes[1:]], axis=1))
         trace.append(np.full(len(nodes) - 1, which))
+    for k, on in enumerate(graph.lines_of_nodes.T):
+        start, end = graph.window.line[k]
+        nodes = np.flatnonzero(wanted & on)
+        nodes = nodes[np.argsort((graph.xy[nodes] - start) @ (end - start), kind="stable")]
+        edge.append(np.stack([nodes[:-1], nodes[1:]], axis=1))
+        trace.append(np.full(len(nodes) - 1, FIRST_LINE - k))
     return np.vstack(edge), np.concatenate(trace)
 
 
@@ -137,8 +219,9 @@ def merge_nodes(graph, tolerance, counts):
     rank = node_ranks(graph)
     becomes = np.arange(len(xy))
     taken = np.zeros(len(xy), dtype=bool)
+    on = graph.lines_of_nodes
     for i, j in pairs[np.lexsort((pairs[:, 1], pairs[:, 0], distance))]:
-        if taken[i] or taken[j]:
+        if taken[i] or taken[j] or not may_join(side, on, i, j):
             continue
         taken[i] = taken[j] = True
         both = side[i] | side[j]
@@ -151,13 +234,27 @@ def merge_nodes(graph, tolerance, counts):
         )
         xy[i], side[i], becomes[j] = on_sides(place, both, graph.window), both, i
         counts["nodes near each other joined"] += 1
-    return Graph(xy, side, becomes[graph.edge], graph.trace, graph.window), True
+    return Graph(xy, side, becomes[graph.edge], graph.trace, graph.window), bool(taken.any())
+
+
+def may_join(side, on, i, j):
+    """May two nodes become one and stay on the sides and lines that they are on?"""
+    if not (side[i] | side[j]) & ON_LINE:
+        return True
+    if side[i] & side[j] & FIXED:
+        return False
+    if (side[i] | side[j]) & FIXED:
+        fixed, other = (i, j) if side[i] & FIXED else (j, i)
+        return not side[other] & SIDES & ~side[fixed] and (not side[other] & ON_LINE or (on[i] & on[j]).any())
+    if side[i] & side[j] & ON_LINE:
+        return (on[i] & on[j]).any() and not (side[i] | side[j]) & SIDES
+    return not (side[i] | side[j]) & SIDES
 
 
 def node_ranks(graph):
     """Which of two nodes stays where it is: a corner, then the boundary, a junction, a bend, a tip (nodes)."""
     degree = graph.degree
-    corner = np.isin(graph.side, CORNERS)
+    corner = are_corners(graph.side)
     return np.select([corner, graph.side > 0, degree > 2, degree == 2], [4, 3, 2, 1], 0)
 
 
@@ -181,10 +278,18 @@ def split_at_nodes(graph, tolerance, counts):
     # Boundary first, then the nearest: a node moves once
     for k in np.lexsort((distance, graph.trace[edge] >= 0)):
         n, e = int(node[k]), int(edge[k])
-        boundary = graph.trace[e] < 0
+        boundary, line = graph.trace[e] < 0, graph.trace[e] <= FIRST_LINE
         if moved[n] or moved[graph.edge[e]].any():
             continue
-        if boundary:
+        # What is on a line or a side already stays there, though another comes near at an acute angle
+        if (line and side[n]) or (boundary and side[n] & ON_LINE):
+            continue
+        if line:
+            a, b = graph.xy[graph.edge[e]]
+            side[n] |= ON_LINE
+            xy[n] = a + part[k] * (b - a)
+            counts["nodes near a border moved onto it"] += int(distance[k] > COINCIDENT * graph.size)
+        elif boundary:
             side[n] |= SIDE_BIT[graph.trace[e]]
             xy[n] = on_sides(xy[n], side[n], graph.window)
             kind = "ends" if degree[n] == 1 else "bends"
@@ -225,7 +330,7 @@ def split_at_crossings(graph, tolerance, counts):  # noqa: ARG001 - one form for
         cuts.setdefault(int(i), []).append((part[k, 0], len(graph.xy) + k))
         cuts.setdefault(int(j), []).append((part[k, 1], len(graph.xy) + k))
     boundary = np.minimum(graph.trace[first], graph.trace[second])
-    new_side = np.array([SIDE_BIT.get(int(trace), 0) for trace in boundary])
+    new_side = np.array([ON_LINE if t <= FIRST_LINE else SIDE_BIT.get(t, 0) for t in boundary.tolist()])
     place = np.array([on_sides(p, s, graph.window) for p, s in zip(place, new_side, strict=True)])
     return cut_edges(graph, np.vstack([graph.xy, place]), np.concatenate([graph.side, new_side]), cuts), True
 

@@ -407,6 +407,10 @@ def make_mesh(arguments):
     command += ["--out", arguments.results / MESH_NAME, "--report", arguments.results / "mesh.txt"]
     if arguments.window:
         command += ["--window", *arguments.window]
+    for hole in arguments.hole:
+        command += ["--hole", *hole]
+    for zone in arguments.zone:
+        command += ["--zone", *zone]
     command += arguments.mesh
     mesh, report = arguments.results / MESH_NAME, arguments.results / "mesh.txt"
     if not arguments.again and not Kept(mesh).differs(ingredients_of(command)) and report.is_file():
@@ -431,6 +435,23 @@ def arguments_of():
         nargs=4,
         metavar=("X0", "Y0", "X1", "Y1"),
         help="rectangle of the traces to mesh (m; default: all)",
+    )
+    parser.add_argument(
+        "--hole",
+        action="append",
+        default=[],
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "R"),
+        help="circular opening (m; repeat); its wall is free unless --deck has a &boundary for 'hole'",
+    )
+    parser.add_argument(
+        "--zone",
+        action="append",
+        default=[],
+        nargs=2,
+        metavar=("POLYGON", "NAME"),
+        help="other rock in a polygon, a CSV file of corners or 'x,y x,y x,y'; --deck has its &material (repeat)",
     )
     parser.add_argument(
         "--mesh",
