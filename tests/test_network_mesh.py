@@ -18,7 +18,7 @@ sys.path[:0] = [str(NETWORK), str(TOP / "postproc")]
 import make_mesh  # noqa: E402 - the folder of the scripts comes first
 import mesh_quality  # noqa: E402
 import regions  # noqa: E402
-from cleaning import Census, clean, traces_of  # noqa: E402
+from cleaning import Census, clean, traces_of, wedges  # noqa: E402
 from make_traces import two_sets  # noqa: E402
 from planar_graph import SIDE_NAMES, crossings, graph_of, knit  # noqa: E402
 from traces import TraceError, Traces, read_traces, write_traces  # noqa: E402
@@ -253,6 +253,25 @@ def test_a_trace_along_the_border_of_a_zone_stays():
     assert nodes(census) == (3, 1, 0, 0, 0)
     assert graph.fracture_length == pytest.approx(0.6 + 0.4, rel=1e-2)
     assert (graph.line_of_edges[graph.is_fracture] >= 0).sum() == 2
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("end", [0.9, 1.0], ids=["tip", "on the side"])
+def test_a_narrow_wedge_at_the_border_of_a_zone_is_opened(end):
+    # Through the border at 4 degrees: on both sides of it the fracture leaves the border at a steep angle
+    zone = [(-1, 0.5), (2, 0.5), (2, 2), (-1, 2)]
+    graph, census, _ = with_regions([(0.1, 0.47), (end, 0.47 + 0.07 * (end - 0.1))], zones=[(zone, "upper")])
+    assert len(wedges(graph, np.radians(15))) == 0
+    assert census.tips == (2 if end < 1 else 1)
+
+
+@pytest.mark.fast
+def test_acute_borders_are_warned_of():
+    found = regions.make_regions([], [(np.array([(0, 0), (1, 0.1), (1, 0)]), "wedge")], UNIT, 0.03, FEATURE)
+    _, report = clean(drawn([(0.2, 0.5), (0.8, 0.5)]), window=found.window, snap=SNAP, feature=FEATURE)
+    assert report.acute == 1
+    assert report.narrow == 0
+    assert any(line.startswith("warning: borders of zones") for line in report.warnings())
 
 
 @pytest.mark.fast

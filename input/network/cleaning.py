@@ -84,6 +84,7 @@ class Report:
     changes: dict = field(default_factory=dict)  # Counter of changes by name of the pass
     moved: float = 0.0  # largest distance of a point of the traces from the cleaned network [m]
     narrow: int = 0  # wedges below the least angle that remain
+    acute: int = 0  # places where borders of zones or sides of the window meet at less than the least angle
 
     @property
     def lost(self):
@@ -92,12 +93,19 @@ class Report:
 
     def warnings(self):
         """What the user should look at, one line each."""
+        found = []
+        if self.acute:
+            found.append(
+                f"warning: borders of zones meet each other or the window's sides at less than the least angle {self.acute} times;"
+                " they stay as they are, and triangles are as narrow there"
+            )
         if self.lost <= LOSS:
-            return []
+            return found
         read, left = (self.census[state].length for state in ("as read", "cleaned"))
         return [
+            *found,
             f"warning: cleaning lost {100 * self.lost:.1f} % of the length of the traces ({read:.4g} m read, {left:.4g} m left);"
-            " a smaller --size, --feature or --stub keeps more"
+            " a smaller --size, --feature or --stub keeps more",
         ]
 
     def text(self):
@@ -178,6 +186,7 @@ def clean(traces, window=None, snap=None, feature=None, simplify=None, stub=None
     )
     report.census["cleaned"] = Census.of(graph)
     report.narrow = len(wedges(graph, np.radians(min_angle)))
+    report.acute = len(wedges(graph, np.radians(min_angle), of_borders=True))
     report.moved = farthest(clipped, graph, feature)
     return graph, report
 
@@ -349,8 +358,11 @@ def remove_features(graph, feature, stub, min_angle, counts):
     raise EndlessError(f"cleaning does not come to an end with the feature {feature:g} m")
 
 
-def wedges(graph, min_angle):
-    """Pairs of edges that leave a node at less than an angle [rad]: (node, edge, edge, angle), boundary pairs not."""
+def wedges(graph, min_angle, of_borders=False):
+    """Pairs of edges that leave a node at less than an angle [rad]: (node, edge, edge, angle).
+
+    One of the edges at least is of a fracture, or, of_borders, none: sides and borders of zones stay as they were given.
+    """
     ends = np.concatenate([graph.edge[:, 0], graph.edge[:, 1]])
     other = np.concatenate([graph.edge[:, 1], graph.edge[:, 0]])
     number = np.tile(np.arange(len(graph.edge)), 2)
@@ -363,8 +375,7 @@ def wedges(graph, min_angle):
     following[first + count - 1] = first
     angle = (direction[following] - direction) % (2 * np.pi)
     narrow = (angle < min_angle) & (following != np.arange(len(ends)))
-    # Borders stay as they were given
-    narrow &= (graph.trace[number] >= 0) | (graph.trace[number[following]] >= 0)
+    narrow &= of_borders == ((graph.trace[number] < 0) & (graph.trace[number[following]] < 0))
     return [
         (int(ends[k]), int(number[k]), int(number[following[k]]), float(angle[k]))
         for k in np.flatnonzero(narrow)
@@ -394,16 +405,16 @@ def open_wedges(graph, feature, min_angle, counts):
         a, b = (int(graph.edge[k].sum() - v) for k in (stay, bend))
         if touched[stay] or touched[bend] or touched_node[[v, a, b]].any():
             continue
-        # What is on another side or line cannot be led to this one
-        if graph.trace[stay] < 0 and side[b] & (
-            ON_LINE if graph.trace[stay] > FIRST_LINE else ON_LINE | SIDES
-        ):
-            continue
-        touched[[stay, bend]] = touched_node[[v, a, b]] = True
         along, beside = graph.xy[a] - graph.xy[v], graph.xy[b] - graph.xy[v]
         long, wide = np.hypot(*along), np.hypot(*beside)
         apart = feature * (1 + 1e-6)
-        if wide * np.sin(angle) < apart and wide <= long:
+        ends_within = wide * np.sin(angle) < apart and wide <= long
+        # What is on another side or line cannot be led to this one
+        elsewhere = ON_LINE if graph.trace[stay] > FIRST_LINE else ON_LINE | SIDES
+        if ends_within and graph.trace[stay] < 0 and side[b] & elsewhere:
+            continue
+        touched[[stay, bend]] = touched_node[[v, a, b]] = True
+        if ends_within:
             # The bent side ends within the wedge: the other is led through its end
             added_edge += [(v, b), (b, a)]
             added_trace += [graph.trace[stay]] * 2
@@ -423,6 +434,10 @@ def open_wedges(graph, feature, min_angle, counts):
             side = np.append(side, [on_side, 0])
             added_edge += [(v, len(xy) - 2), (len(xy) - 2, a), (len(xy) - 2, len(xy) - 1), (len(xy) - 1, b)]
             added_trace += [graph.trace[stay]] * 2 + [graph.trace[bend]] * 2
+        if graph.trace[stay] <= FIRST_LINE and graph.window.of_hole[FIRST_LINE - graph.trace[stay]] < 0:
+            # The fracture goes on along the border of a zone, or it would end there
+            added_edge.append((v, b if ends_within else a if long * np.sin(angle) < apart else len(xy) - 2))
+            added_trace.append(graph.trace[bend])
         counts["narrow wedges merged at their tip"] += 1
     edge = np.vstack([graph.edge[~touched], np.array(added_edge, dtype=int).reshape(-1, 2)])
     trace = np.concatenate([graph.trace[~touched], np.array(added_trace, dtype=int)])
