@@ -12,6 +12,7 @@ MODEL_NAMES = {"jcm": "JCM", "jcm_mean": "Model-I", "coulomb": "Model-II"}
 QUANTITIES = {"shear_displacement_mm": "plasma_r", "aperture_mm": "viridis_r"}  # of the joints: colour map
 # Per cent of the length beyond an end of the colours: single elements at tips and crossings would take them all
 TAIL = 1.0
+SHORT = 0.05  # of the map's longer side: shorter block edges are drawn thinner, or they would be dots
 THIN, THICK = 0.7, 3.2  # line widths in points between the least and the largest mean of a block edge
 CRACK, CRACK_WIDTH = "#e31a1c", 1.1
 FAINT = "#9a9a9a"  # fractures under their coloured lines, so that pale ones are seen
@@ -38,8 +39,14 @@ class Panel:
 
     def means(self, quantity):
         """Of each joint element, the mean of its block edge"""
-        edge = self.run.fields.mesh(self.step).block_edge[self.fractures()]
-        return edge_means(edge, lengths(self.lines()), self.values(quantity))
+        return edge_means(self.block_edge(), lengths(self.lines()), self.values(quantity))
+
+    def slenderness(self):
+        """Of each joint element, the part of the full width that suits the length of its block edge"""
+        return slenderness(self.block_edge(), self.lines())
+
+    def block_edge(self):
+        return self.run.fields.mesh(self.step).block_edge[self.fractures()]
 
 
 def lengths(lines):
@@ -56,6 +63,14 @@ def edge_means(block_edge, length, values):
     whole = np.bincount(block_edge, weights=length)[block_edge]
     means = np.bincount(block_edge, weights=length * values)[block_edge] / np.where(whole > 0, whole, 1.0)
     return np.where((block_edge > 0) & (whole > 0), means, values)
+
+
+def slenderness(block_edge, lines):
+    """Part of the full width for the line of each joint element: less than 1 on block edges short against the map."""
+    length = lengths(lines)
+    whole = np.where(block_edge > 0, np.bincount(block_edge, weights=length)[block_edge], length)
+    places = lines.reshape(-1, 2)
+    return np.minimum(1.0, whole / (SHORT * np.ptp(places, axis=0).max()))
 
 
 def inner_range(values, length, tail=TAIL):
@@ -156,7 +171,7 @@ def draw_fractures(axes, panel, quantity, least, most):
         lines[order],
         array=values[order],
         cmap=QUANTITIES[quantity],
-        linewidth=(THIN + (THICK - THIN) * share)[order],
+        linewidth=(THIN + (THICK - THIN) * share * panel.slenderness())[order],
         capstyle="projecting",
     )
     drawn.set_clim(least, most)

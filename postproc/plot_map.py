@@ -87,7 +87,8 @@ def draw_joints(figure, axes, mesh, shown, values, text, limits, width):
     colour_map, least, largest = colours(np.clip(values, *network_maps.inner_range(values, length)), limits)
     means = network_maps.edge_means(mesh.block_edge[shown], length, np.abs(values))
     span = max(abs(least), abs(largest))
-    widths = width if width else THIN + (THICK - THIN) * np.clip(means / span, 0, 1)
+    share = np.clip(means / span, 0, 1) * network_maps.slenderness(mesh.block_edge[shown], lines)
+    widths = width if width else THIN + (THICK - THIN) * share
     # Block edges with large values last, so that they are not covered.
     order = np.argsort(means, kind="stable")
     if colour_map == style.DIVERGING:

@@ -374,6 +374,17 @@ def test_cracks_of_an_older_run_in_the_directory_are_not_drawn(tmp_path):
     assert len(network_maps.read_cracks(Results(directory)).lines) == 0
 
 
+def test_short_block_edges_are_thinner():
+    import network_maps
+
+    # A block edge of two elements across the map, one of a single element of 1 % of it, a cohesive joint
+    lines = np.array(
+        [[[0, 0], [1, 0]], [[1, 0], [2, 0]], [[1, 0], [1, 0.02]], [[1, 1], [1, 1.05]]], dtype=float
+    )
+    found = network_maps.slenderness(np.array([1, 1, 2, 0]), lines)
+    assert found == pytest.approx([1.0, 1.0, 0.2, 0.5])
+
+
 @pytest.mark.parametrize("name", ["network", "models"])
 def test_maps_side_by_side(tmp_path, name):
     runs = [write_network(tmp_path / f"{k}", seed=k) for k in range(2)]
