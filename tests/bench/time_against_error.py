@@ -353,7 +353,7 @@ def measure_all(arguments, folder):
     """Rows of all cases whose run ended well."""
     repeat = 1 if arguments.quick else arguments.repeat
     solvers = [solver for solver in known_solvers(folder) if solver in arguments.solver]
-    reference, _ = prepare(Case("shear", "implicit", 1.0, "reference", implicit_shear(0.01)), folder)
+    reference = prepare(Case("shear", "implicit", 1.0, "reference", implicit_shear(0.01)), folder)
     chosen = cases(arguments.scene, solvers, arguments.quick)
     found = [measure(case, reference, folder, repeat, arguments.long) for case in chosen]
     return [row for row in found if row]
