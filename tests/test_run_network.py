@@ -14,8 +14,6 @@ sys.path[:0] = [str(TOP / "postproc"), str(NETWORK)]
 import run_network  # noqa: E402 - the folder of the scripts comes first
 from femdem_results import Results  # noqa: E402
 
-pytestmark = pytest.mark.fast
-
 COARSE = ["--size", "0.12", "--models", "jcm", "--cycles", "3", "--no-figures"]
 # Far-field stress found in the rock against that applied: fractures and a mesh of few elements bend it [MPa]
 CLOSE = 0.02
@@ -48,6 +46,7 @@ def mean_stress(results):
 # ---- Nothing old is shown ----
 
 
+@pytest.mark.fast
 def test_other_options_give_other_results(network):
     first = network(*COARSE, "--phase", "load=7,5")
     assert "jcm load: kept" not in first.stdout
@@ -100,6 +99,7 @@ def test_results_of_another_mesh_are_named(network):
 # ---- It survives ----
 
 
+@pytest.mark.fast
 def test_a_phase_that_fails_ends_neither_the_others_nor_the_figures(network):
     # Rock in blocks, pulled apart: nothing holds it
     options = [word for word in COARSE if word != "--no-figures"]
@@ -154,6 +154,7 @@ WRONG = {
 }
 
 
+@pytest.mark.fast
 def test_all_that_is_wrong_is_said_at_once(network):
     options = [word for words, _ in WRONG.values() for word in words]
     done = network(*options, traces="none.csv", status=2)
@@ -163,17 +164,20 @@ def test_all_that_is_wrong_is_said_at_once(network):
     assert all(line.startswith("error: ") for line in done.stderr.splitlines())
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("what", [name for name in WRONG if name != "traces"])
 def test_each_wrong_option_is_refused(what, network):
     assert WRONG[what][1] in network(*WRONG[what][0], status=2).stderr
 
 
+@pytest.mark.fast
 def test_a_deck_that_cannot_be_changed_is_refused(network, tmp_path):
     text = (NETWORK / "phase_1.nml").read_text().replace("law = 'jcm'", "law = 'coulomb'")
     (tmp_path / "my.nml").write_text(text)
     assert "law = 'jcm' is there 0 times" in network("--deck", tmp_path / "my.nml", status=2).stderr
 
 
+@pytest.mark.fast
 def test_a_window_without_a_trace_is_refused(network):
     done = network(*COARSE, "--window", "5", "5", "6", "6", status=2)
     assert "no trace lies in the window" in done.stderr
@@ -183,6 +187,7 @@ def test_a_window_without_a_trace_is_refused(network):
 # ---- Loads ----
 
 
+@pytest.mark.fast
 def test_principal_stresses_are_turned():
     stress = run_network.Stress.principal(10.0, 4.0, 30.0)
     tensor = np.array([[stress.sxx, stress.sxy], [stress.sxy, stress.syy]])
@@ -191,6 +196,7 @@ def test_principal_stresses_are_turned():
     assert np.trace(tensor) == pytest.approx(14.0, rel=1e-14)
 
 
+@pytest.mark.fast
 def test_turned_and_shear_stresses_act_on_the_rock(network):
     network(*COARSE, "--phase", "phase_1=8,5@30", "--phase", "shear=6,6,-1")
     expected = run_network.Stress.principal(8.0, 5.0, 30.0)
@@ -216,6 +222,7 @@ def side_motion(results):
     return found
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("solver", ["implicit", "relaxation"])
 def test_displacements_drive_the_sides(network, solver):
     network(*COARSE, "--phase", "phase_1=0.2,0mm", "--phase", "more=0.1,-0.05mm", "--solver", solver)
@@ -227,6 +234,7 @@ def test_displacements_drive_the_sides(network, solver):
     assert sxx > syy > 0.0
 
 
+@pytest.mark.fast
 def test_rollers_hold_left_and_bottom(network):
     network(*COARSE, "--rollers", "--phase", "load=8,5")
     left = side_motion(network.results / "jcm" / "load")
@@ -234,6 +242,7 @@ def test_rollers_hold_left_and_bottom(network):
     assert mean_stress(network.results / "jcm" / "load")[:2] == pytest.approx([8.0, 5.0], abs=0.3)
 
 
+@pytest.mark.fast
 def test_pore_pressure_relieves_the_rock(network):
     network(
         *COARSE, "--phase", "wet=8,6", "--pore-pressure", "1", "--pore-pressure", "wet=3", "--biot", "0.5"
@@ -257,6 +266,7 @@ def test_the_window_goes_to_the_mesh(network):
     assert [*place.min(axis=0), *place.max(axis=0)] == pytest.approx([0.5, 0.5, 1.5, 1.25])
 
 
+@pytest.mark.fast
 def test_a_hole_and_a_zone_go_to_the_mesh(network, tmp_path):
     text = (NETWORK / "phase_1.nml").read_text()
     soft = "&material group = 'soft', density = 2700, young = 10e9, poisson = 0.27 /\n"

@@ -21,7 +21,7 @@ import numpy as np
 from cleaning import MIN_ANGLE, checked_window, clean, traces_of
 from mesh_quality import MeshData, Quality, check_mesh
 from planar_graph import FIRST_LINE, SIDE_NAMES, Graph, branches, nodes_near_edges
-from regions import HOLE, make_regions, outside_holes, read_zone
+from regions import HOLE, add_options, make_regions, outside_holes, read_zone
 from traces import TraceError, read_traces, write_traces
 
 FEATURE = 0.35  # default least feature over the element size at fractures
@@ -407,13 +407,7 @@ def arguments_of(words=None):
         help=f"growth of the size per distance (default {GRADING:g})",
     )
     parser.add_argument("--out", help="mesh file to write (default: the traces' name with .msh)")
-    parser.add_argument(
-        "--window",
-        type=float,
-        nargs=4,
-        metavar=("X0", "Y0", "X1", "Y1"),
-        help="rectangle to mesh (default: extent)",
-    )
+    add_options(parser)
     parser.add_argument("--snap", type=float, help="snap tolerance (m; default 5e-4 of the shorter side)")
     parser.add_argument(
         "--feature", type=float, help=f"least feature that stays (m; default {FEATURE:g} sizes)"
@@ -431,23 +425,6 @@ def arguments_of(words=None):
         default=[],
         metavar="NAME=FROM:TO",
         help="physical curve for traces that strike FROM to TO degrees from north, or NAME=trace:A,B (repeat)",
-    )
-    parser.add_argument(
-        "--hole",
-        action="append",
-        default=[],
-        type=float,
-        nargs=3,
-        metavar=("X", "Y", "R"),
-        help="circular opening, with the physical curve 'hole' ('hole_1', 'hole_2', ... when there are several; repeat)",
-    )
-    parser.add_argument(
-        "--zone",
-        action="append",
-        default=[],
-        nargs=2,
-        metavar=("POLYGON", "NAME"),
-        help="rock with a physical surface of its own: a CSV file of corners (header x,y) or 'x,y x,y x,y' (repeat)",
     )
     parser.add_argument("--cleaned", help="CSV file to write the cleaned traces to")
     parser.add_argument("--figure", help="picture to draw: the mesh and its worst places")

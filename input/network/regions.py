@@ -63,6 +63,34 @@ class Regions:
         return next((name for name, polygon in self.zones if polygon.contains(point)), rock)
 
 
+def add_options(parser):
+    """The options that say which rock is meshed: window, holes and zones."""
+    parser.add_argument(
+        "--window",
+        type=float,
+        nargs=4,
+        metavar=("X0", "Y0", "X1", "Y1"),
+        help="rectangle to mesh (m; default: extent of the traces)",
+    )
+    parser.add_argument(
+        "--hole",
+        action="append",
+        default=[],
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "R"),
+        help="circular opening (m), with the physical curve 'hole' ('hole_1', 'hole_2', ... when there are several; repeat)",
+    )
+    parser.add_argument(
+        "--zone",
+        action="append",
+        default=[],
+        nargs=2,
+        metavar=("POLYGON", "NAME"),
+        help="rock with a physical surface of its own: a CSV file of corners (header x,y) or 'x,y x,y x,y' (repeat)",
+    )
+
+
 def read_zone(text):
     """Corners of a zone (corners, 2) [m]: of a CSV file with the header x,y, or of a text 'x,y x,y x,y ...'."""
     path = Path(text)

@@ -32,8 +32,9 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 TOP = HERE.parent.parent
-sys.path.insert(0, str(TOP / "tools"))
+sys.path[:0] = [str(HERE), str(TOP / "tools")]
 from kept import SUFFIX, Kept, fingerprint, ingredients_of, make, text_fingerprint  # noqa: E402
+from regions import add_options  # noqa: E402
 
 PROGRAM = TOP / "build" / "femdem"
 POSTPROC = TOP / "postproc"
@@ -429,30 +430,7 @@ def arguments_of():
     parser.add_argument(
         "--size", type=float, default=0.015, help="element size at fractures (m; default 0.015)"
     )
-    parser.add_argument(
-        "--window",
-        type=float,
-        nargs=4,
-        metavar=("X0", "Y0", "X1", "Y1"),
-        help="rectangle of the traces to mesh (m; default: all)",
-    )
-    parser.add_argument(
-        "--hole",
-        action="append",
-        default=[],
-        type=float,
-        nargs=3,
-        metavar=("X", "Y", "R"),
-        help="circular opening (m; repeat); its wall is free unless --deck has a &boundary for 'hole'",
-    )
-    parser.add_argument(
-        "--zone",
-        action="append",
-        default=[],
-        nargs=2,
-        metavar=("POLYGON", "NAME"),
-        help="other rock in a polygon, a CSV file of corners or 'x,y x,y x,y'; --deck has its &material (repeat)",
-    )
+    add_options(parser)
     parser.add_argument(
         "--mesh",
         action="append",
