@@ -128,3 +128,38 @@ def test_run_sh_asks_what_the_mesh_was_made_from(folder):
         for more in ([], [], ["--size", "2"])
     ]
     assert ["made now" in text for text in said] == [True, False, True]
+
+
+# Plays the program: writes the log of a run into the directory that the deck names, and counts how often it ran
+PLAYED = """#!/bin/sh
+for deck; do :; done
+cd "$(dirname "$deck")" && mkdir -p closure && echo "done" > closure/run.log && printf x >> runs
+"""
+
+
+def test_a_series_runs_again_what_has_changed(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(TOP / "input" / "direct_shear")
+    import run_series
+
+    program = tmp_path / "program"
+    program.write_text(PLAYED)
+    program.chmod(0o755)
+    monkeypatch.setattr(run_series, "PROGRAM", program)
+    deck = (TOP / "input" / "closure" / "closure_6cm_explicit.nml").read_text()
+    folder = tmp_path / "series"
+    mesh = ["--length", "0.06", "--size", "0.004"]
+    other_load = run_series.change(deck, "material", density="1900")
+    number = []
+    for changed_deck, changed_mesh, again in (
+        (deck, mesh, False),
+        (deck, mesh, False),
+        (other_load, mesh, False),
+        (other_load, [*mesh[:3], "0.003"], False),
+        (other_load, [*mesh[:3], "0.003"], True),
+    ):
+        run_series.run(changed_deck, changed_mesh, "closure", folder, again)
+        number.append(runs(folder))
+    assert number == [1, 1, 2, 3, 4]
+    program.write_text(PLAYED + "# another build\n")
+    run_series.run(other_load, [*mesh[:3], "0.003"], "closure", folder, False)
+    assert runs(folder) == 5

@@ -508,6 +508,9 @@ def main():
         for line in str(error).splitlines():
             print(f"error: {line}", file=sys.stderr)
         sys.exit(BAD_INPUT)
+    except ModuleNotFoundError as error:
+        print(f"error: Python has no module {error.name}; --hole and --zone need shapely", file=sys.stderr)
+        sys.exit(FAILED)
     except MeshError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(FAILED)
