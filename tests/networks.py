@@ -40,10 +40,10 @@ from femdem_results import Results, ResultsError
 from junctions import LEAST, areas, program
 from make_network import draw_network, recipe_of
 from run_network import HERE as PIPELINE
-from run_network import MESH_NAME, MODELS, PHASES, deck
+from run_network import MESH_NAME, MODELS, PHASES, Stress, deck, template_of
 from traces import TraceError, read_traces, write_traces
 
-PHASE_1 = ("phase_1", (5.0, 5.0))  # MPa
+PHASE_1 = ("phase_1", Stress(5.0, 5.0))
 COLUMNS = [
     *("network", "side", "size", "model", "phase", "solver", "triangles", "joints", "edges", "finished"),
     *("mean_stress_error", "unbalanced_ratio", "aperture_mm", "slip_mm"),
@@ -168,19 +168,20 @@ def run_task(
         if failed:
             return [{**head, "phase": "mesh", "message": failed}]
         rows, found = [], {}
-        template = (PIPELINE / "phase_1.nml").read_text(encoding="utf-8")
+        template = template_of(SimpleNamespace(deck=PIPELINE / "phase_1.nml"))
         solvers = ("implicit", "relaxation") if relaxation else ("implicit",)
         for model in models:
             for solver in solvers:
                 settings = SimpleNamespace(
-                    stress=PHASE_1[1], cycles=cycles, solver=solver, deck="phase_1.nml", cracks=False
+                    cycles=cycles, solver=solver, cracks=False, rollers=False, biot=1.0
                 )
                 first = place / f"{model}_{solver}_phase_1"
-                for phase, stresses in (PHASE_1, *((name, PHASES[name]) for name in phases)):
+                for phase, loads in (PHASE_1, *((name, PHASES[name]) for name in phases)):
                     row = {**head, "model": model, "phase": phase, "solver": solver}
                     name = f"{model}_{solver}_{phase}"
                     (place / f"{name}.nml").write_text(
-                        deck(template, settings, model, phase, stresses), encoding="utf-8"
+                        deck(template, settings, model, phase, dict([PHASE_1, (phase, loads)]), {}),
+                        encoding="utf-8",
                     )
                     branch = [] if phase == PHASE_1[0] else ["--restart", first / "checkpoint.h5"]
                     command = [program(), *branch, "--quiet", "--output", place / name, f"{name}.nml"]
@@ -192,7 +193,7 @@ def run_task(
                     if failed:
                         continue
                     try:
-                        values, slip = measured(place / name, stresses)
+                        values, slip = measured(place / name, (loads.sxx, loads.syy))
                     except ResultsError as error:
                         row["message"] = str(error)
                         continue

@@ -57,10 +57,9 @@ module corners_m
       real(wp) :: shortest = 0.0_wp
    end type crossing_t
 
-   !> Bound of the norms of a row of blocks of the stiffness of a pair over its stiffness: second derivatives of d^2/2 are at
-   !> most 1 in a and b, the way has at most the slips of two arms at both its ends
-   real(wp), parameter :: bound_factor = 4.0_wp
-
+   !> Bound of the stiffness that a held side has for the stable step, over its own: forces on two nodes, each of which moves
+   !> the way of P by itself at the most
+   real(wp), parameter :: bound_factor = 2.0_wp
    !> Choices for a corner, beside 1 and 2, the side that holds
    integer, parameter :: free = 0, both = 3, given_up = -1
    !> A corner lets go when it has passed the other one by this part of an element
@@ -456,7 +455,7 @@ contains
       stiffness(3:4, :) = -stiffness(1:2, :)
    end function corner_tangent
 
-   !> Add the row sums of the corners' stiffness to the nodal bounds (see solid_m).
+   !> Add the stiffness of the corners that are held to the nodal bounds (see solid_m): it holds until a choice changes.
    pure subroutine corner_stiffness_bound(corners, bound)
       type(corners_t), intent(in) :: corners
       !> (nodes) [N/m per m of thickness]
@@ -465,10 +464,18 @@ contains
 
       do p = 1, size(corners%stiffness)
          associate (node => corners%node(:, p))
-            bound(node) = bound(node) + bound_factor*corners%stiffness(p)
+            bound(node) = bound(node) + bound_factor*real(sides_held(corners, p), wp)*corners%stiffness(p)
          end associate
       end do
    end subroutine corner_stiffness_bound
+
+   !> Number of sides behind which a corner is held.
+   pure integer function sides_held(corners, p)
+      type(corners_t), intent(in) :: corners
+      integer, intent(in) :: p
+
+      sides_held = merge(1, 0, any(corners%held(p) == [1, 2, both])) + merge(1, 0, corners%held(p) == both)
+   end function sides_held
 
    !> Deepest overlap of two corners beyond the closure of the joints [m], and where (pair, 0: nowhere).
    pure subroutine corner_overlap(corners, u, deepest, where)

@@ -1,17 +1,21 @@
 !> What the log tells of a run: its start, the end of each stage, its end.
 module story_m
    use kinds_m, only: wp
-   use constants_m, only: is_set
+   use constants_m, only: is_set, millimetre
    use text_m, only: to_text, quoted
    use log_m, only: log_t, progress_t
    use version_m, only: program_version, program_commit
    use deck_m, only: deck_t
+   use corners_m, only: corner_overlap
    use scene_m, only: scene_t
    use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
    use explicit_m, only: cycle_report_t
    implicit none
    private
+
+   !> Corners that overlap by more than this part of the largest slip are warned of
+   real(wp), parameter :: corner_share = 1.0e-2_wp
 
    public :: say_start, say_stage, say_end, command_text
 
@@ -46,7 +50,26 @@ contains
          call log%warn('stage '//quoted(scene%deck%stage(stage)%name)//' ended before equilibrium: unbalanced force ratio '// &
                        to_text(report%unbalanced)//' after the longest rest allowed; asked for was '// &
                        to_text(scene%deck%stage(stage)%equilibrium)//' (max_rest_time, damping)')
+      call warn_of_corners(scene, state, log)
    end subroutine say_stage
+
+   !> Say where corners of blocks have passed into each other by more than closure and elasticity let them.
+   subroutine warn_of_corners(scene, state, log)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(log_t), intent(in) :: log
+      real(wp) :: deepest
+      integer :: pair
+
+      call corner_overlap(scene%corners, state%u, deepest, pair)
+      if (pair == 0) return
+      if (deepest <= corner_share*maxval(abs(state%joint%u))*millimetre) return
+      associate (place => scene%split%x(:, scene%corners%node(1, pair)))
+         call log%warn('corners of blocks overlap by '//to_text(deepest/millimetre)//' mm beyond the closure of their joints '// &
+                       'near x = '//to_text(place(1))//', y = '//to_text(place(2))//': no rest was found with them held, or '// &
+                       'corner_factor is small; more cycles may hold them')
+      end associate
+   end subroutine warn_of_corners
 
    subroutine say_end(directory, scene, state, progress, log)
       character(len=*), intent(in) :: directory

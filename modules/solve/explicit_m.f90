@@ -135,8 +135,10 @@ contains
          call progress%tick(log, fraction_done(scene, stage, cycle, moving, elapsed/duration))
          if (size(scene%corners%stiffness) > 0) then
             choices = 0
+            changed = .false.
             if (steps_left == 0_i8 .or. unbalanced_ratio(scene%loads, state) <= calm) &
                call decide_corners(scene%corners, state%u, choices, changed)
+            if (changed .and. steps_left > 0_i8) call fit_step()
          end if
          if (.not. moving .and. scene%until_balanced(stage)) then
             if (unbalanced_ratio(scene%loads, state) <= scene%deck%stage(stage)%equilibrium) return

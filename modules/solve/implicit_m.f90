@@ -98,13 +98,10 @@ contains
          else
             call give_up_increment(self, scene, increment, state)
             self%part = 0.5_wp*self%part
-            if (scene%can_break .and. self%part < 0.5_wp**patience) then
-               call follow(self, scene, level, duration, log, state, found)
-               self%move_part = 0.0_wp
-               self%part = 0.5_wp**patience
-            else if (self%part >= 0.5_wp**scene%deck%implicit%largest_cut) then
-               cycle
-            end if
+            if (self%part >= 0.5_wp**patience) cycle
+            call follow(self, scene, level, duration, log, state, found)
+            self%move_part = 0.0_wp
+            self%part = 0.5_wp**patience
          end if
          if (found .and. scene%can_break) call let_crack(self, scene, level, log, state, found)
          if (.not. found) then
@@ -168,7 +165,8 @@ contains
       type(newton_increment_t) :: increment
       integer, allocatable :: parent(:)
 
-      call crack_at_rest(scene, state, changed, parent)
+      changed = .false.
+      if (scene%can_break) call crack_at_rest(scene, state, changed, parent)
       if (.not. changed) return
       if (allocated(parent)) self%move = self%move(:, parent)
       scene%loads%level_then = unset

@@ -123,6 +123,7 @@ contains
                   call account_increment(scene, increment%start, state)
                   return
                end if
+               call find_masses(scene, .false., state, mass)
             end if
             loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(scene, increment, state)
             if (loose) exit
