@@ -2,7 +2,8 @@
 !>
 !> Every triangle, joint and contact adds a bound to its nodes such that u.K u <= sum s_i |u_i|^2 and the same with the
 !> damping matrix, v.C v <= sum c_i |v_i|^2. The stepping is stable when s_i dt^2 + 2 c_i dt <= 4 m_i at every node
-!> that moves: for c = 0 the familiar dt <= 2/omega.
+!> that moves: for c = 0 the familiar dt <= 2/omega. Nodes that are prescribed altogether count with what bonds, joints and
+!> contact add to them: see longest_step.
 module stable_step_m
    use kinds_m, only: wp
    use constants_m, only: is_set, megapascal_per_millimetre
@@ -17,6 +18,9 @@ module stable_step_m
    use bonds_m, only: bonds_stiffness_bound
    implicit none
    private
+
+   !> Differences of stiffness below this share are rounding errors
+   real(wp), parameter :: rounding = 1.0e-9_wp
 
    public :: stable_step, check_given_step, stiffness_bound, scaled_mass, longest_stable_step
 
@@ -37,10 +41,32 @@ contains
          else if (is_set(settings%step)) then
             step = settings%step
          else
-            step = settings%safety*longest_stable_step(stiffness, scene%rock_damping, state%mass, scene%loads%fixed)
+            step = settings%safety*longest_step(scene, stiffness, state)
          end if
       end associate
    end function stable_step
+
+   !> The longest step of a scene [s]: stable for nodes that move freely, and short enough for what happens between walls whose
+   !> nodes are all prescribed: nothing there can become unstable, but laws that know their past must be followed.
+   real(wp) function longest_step(scene, stiffness, state) result(step)
+      type(scene_t), intent(in) :: scene
+      !> Nodal bounds (nodes) [N/m per m of thickness]
+      real(wp), intent(in) :: stiffness(:)
+      type(state_t), intent(in) :: state
+      real(wp), allocatable :: of_walls(:)
+      logical, allocatable :: held(:, :)
+
+      step = longest_stable_step(stiffness, scene%rock_damping, state%mass, scene%loads%fixed)
+      held = spread(.not. all(scene%loads%fixed, dim=1), 1, 2)
+      if (all(held)) return
+      ! What bonds, joints and contact add to the rock's own; less than a rounding error of that is nothing
+      of_walls = stiffness - (1.0_wp + scene%local_damping)*scene%rock_stiffness
+      where (of_walls < rounding*stiffness) of_walls = 0.0_wp
+      step = min(step, longest_stable_step(of_walls, 0.0_wp*of_walls, state%mass, held))
+      ! Neither: rock that is deformed by prescribed motion alone
+      held = .false.
+      if (step >= huge(step)) step = longest_stable_step(stiffness, scene%rock_damping, state%mass, held)
+   end function longest_step
 
    !> Raise masses to what the step needs. They never fall again: masses that went up and down would pump energy. Momentum
    !> is kept, and the kinetic energy this costs is booked with the damping.
@@ -72,7 +98,7 @@ contains
       associate (settings => scene%deck%explicit)
          if (.not. is_set(settings%step) .or. scene%solver /= solver_explicit) return
          call stiffness_bound(scene, state, stiffness)
-         longest = longest_stable_step(stiffness, scene%rock_damping, state%mass, scene%loads%fixed)
+         longest = longest_step(scene, stiffness, state)
          if (settings%step <= longest) return
          call errors%add(scene%deck%path//':'//to_text(settings%line)//': &explicit step = '//to_text(settings%step)// &
                          ' s: longer than the stable step, '//to_text(longest)//' s at the start of stage '// &
