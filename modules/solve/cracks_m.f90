@@ -12,7 +12,7 @@ module cracks_m
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joint_law_m, only: law_coulomb
    use edges_m, only: next_corner
-   use recut_m, only: recut, renew_contact, rock_law
+   use recut_m, only: recut, renew_contact, renew_loads, rock_law
    use scene_m, only: scene_t
    use solid_m, only: solid_stress
    use state_m, only: state_t
@@ -110,15 +110,17 @@ contains
                                   'up to their strength than breaking them takes: larger penalty_factor or smaller elements')
    end subroutine warn_of_bonds
 
-   !> Look at the bonds: note those that have broken, hand those that have parted to the contact.
+   !> Look at the bonds: note those that have broken, which lets fluid in, and hand those that have parted to the contact.
    subroutine note_cracks(scene, state, changed)
       type(scene_t), intent(inout) :: scene
       type(state_t), intent(inout) :: state
-      !> Has the contact changed?
+      !> Has the contact changed, or have the loads?
       logical, intent(out) :: changed
-      integer :: b, n
+      logical :: parted
+      integer :: b, n, events
 
-      changed = .false.
+      parted = .false.
+      events = size(scene%bonds%event)
       do b = 1, size(scene%bonds%active)
          if (.not. scene%bonds%active(b)) cycle
          if (.not. bond_is_broken(scene%bonds%point(:, b))) cycle
@@ -128,9 +130,13 @@ contains
          if (scene%joints%law(scene%bonds%fractures + b)%kind /= law_coulomb .and. &
              any(scene%bonds%point(:, b)%normal < 0.0_wp)) cycle
          call hand_over(scene, state, b)
-         changed = .true.
+         parted = .true.
       end do
-      if (changed) call renew_contact(scene, [(n, n=1, size(state%mass))], state)
+      if (parted) call renew_contact(scene, [(n, n=1, size(state%mass))], state)
+      changed = parted
+      if (size(scene%bonds%event) == events .or. size(scene%deck%pore_pressure) == 0) return
+      call renew_loads(scene)
+      changed = .true.
    end subroutine note_cracks
 
    !> Note that a bond broke.

@@ -20,7 +20,7 @@ module recut_m
    implicit none
    private
 
-   public :: recut, renew_contact, restore_walls, rock_law
+   public :: recut, renew_contact, renew_loads, restore_walls, rock_law
 
 contains
 
@@ -33,15 +33,18 @@ contains
       !> Node that each node was before (nodes)
       integer, allocatable, intent(out) :: parent(:)
       type(split_mesh_t) :: before
+      !> Scaled over true mass (nodes before)
+      real(wp) :: added(size(state%mass))
 
       before = scene%split
       call add_cuts(scene%edges, edge, scene%cut)
       call split_edges(scene%whole, scene%edges, scene%cut, scene%split)
       parent = node_parents(before, scene%split)
+      added = state%mass/max(scene%mass, tiny(1.0_wp))
       call build_nodes(scene)
       call follow_parents(parent, state)
-      ! Masses scaled for the step are scaled anew when it is found
-      state%mass = scene%mass
+      ! What mass scaling has added stays, shared out like the rock: no momentum and no kinetic energy comes or goes
+      state%mass = added(parent)*scene%mass
       call join_joints(scene, state)
       call join_bonds(scene, edge)
       call renew_loads(scene)
@@ -155,7 +158,7 @@ contains
       end associate
    end function crack_law
 
-   !> Loads and prescribed motion at the nodes of the new mesh, in the stage that is on.
+   !> Loads and prescribed motion at the nodes of the new mesh, in the stage that is on; also when fluid gets into cracks.
    subroutine renew_loads(scene)
       type(scene_t), intent(inout) :: scene
       integer :: stage

@@ -475,10 +475,19 @@ contains
 
       scene%stage = stage
       call start_stage(scene%split, scene%deck%boundary, scene%deck%stage%name, stage, scene%weight, scene%loads)
-      call add_pore_pressure(scene%split, scene%deck%pore_pressure, scene%deck%stage%name, stage, scene%loads)
+      call add_pore_pressure(scene%split, scene%deck%pore_pressure, scene%deck%stage%name, stage, filled(scene), scene%loads)
       ! Weight that is not ramped is there from the very start
       if (stage == 1 .and. .not. scene%deck%gravity%ramped) scene%loads%dead_start = scene%weight
    end subroutine begin_stage
+
+   !> Can fluid be between the walls of a joint element? On fractures, and in cracks that have broken (joints).
+   pure function filled(scene)
+      type(scene_t), intent(in) :: scene
+      logical :: filled(size(scene%split%joint, 2))
+
+      filled = .true.
+      if (scene%can_break) filled(scene%bonds%fractures + 1:) = scene%bonds%broken
+   end function filled
 
    !> Does the rest of a stage end at equilibrium rather than at a given time?
    pure logical function until_balanced(self, stage)
