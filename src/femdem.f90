@@ -39,7 +39,7 @@ program femdem
    type(cycle_report_t) :: report
    type(log_t) :: log
    type(progress_t) :: progress
-   type(error_list_t) :: errors, warnings
+   type(error_list_t) :: errors, deck_warnings, warnings
    character(len=:), allocatable :: directory
    integer :: stage, cycle, status
 
@@ -56,12 +56,13 @@ program femdem
    call read_deck(command%deck, deck, errors)
    call check_deck(deck, errors)
    if (errors%any()) call stop_with(status_bad_input)
-   call find_warnings(deck, warnings)
-   call warnings%write(error_unit, 'warning: ')
+   call find_warnings(deck, deck_warnings)
+   call deck_warnings%write(error_unit, 'warning: ')
    call read_gmsh(deck_path(deck, deck%run%mesh), mesh, errors)
    if (errors%any()) call stop_with(status_bad_input)
    call check_mesh(mesh, errors)
-   call check_groups(deck, mesh, errors)
+   call check_groups(deck, mesh, errors, warnings)
+   call warnings%write(error_unit, 'warning: ')
    if (errors%any()) call stop_with(status_bad_input)
 
    if (.not. command%check) then

@@ -6,7 +6,7 @@
 module loads_m
    use kinds_m, only: wp
    use constants_m, only: is_set, unset
-   use mesh_m, only: split_mesh_t, find_group
+   use mesh_m, only: split_mesh_t, find_group, a_point, a_curve, a_surface, curve_first
    use boundary_group_m, only: boundary_t
    implicit none
    private
@@ -151,7 +151,7 @@ contains
       logical, allocatable :: member(:)
 
       if (.not. (is_set(boundary%vx) .or. is_set(boundary%vy))) return
-      member = group_nodes(split, boundary%group)
+      member = group_nodes(split, boundary%group, curve_first)
       if (is_set(boundary%vx)) then
          where (member)
             loads%fixed(1, :) = .true.
@@ -236,30 +236,36 @@ contains
       end do
    end subroutine nodal_loads
 
-   !> Nodes that belong to a physical point, curve or surface (nodes).
-   function group_nodes(split, name) result(member)
+   !> Nodes that belong to a physical point, curve or surface (nodes): of those of that name, to the first that has any.
+   function group_nodes(split, name, order) result(member)
       type(split_mesh_t), intent(in) :: split
       character(len=*), intent(in) :: name
+      !> Which dimension goes before which
+      integer, intent(in) :: order(:)
       logical, allocatable :: member(:), edge(:)
-      integer :: group, i
+      integer :: group, d, i
 
       allocate (member(size(split%x, 2)), source=.false.)
-      group = find_group(split%group, name, 2)
-      if (group > 0) then
-         do i = 1, size(split%triangle, 2)
-            if (split%triangle_group(i) == group) member(split%triangle(:, i)) = .true.
-         end do
-      end if
-      edge = on_group(split, name)
-      do i = 1, size(edge)
-         if (edge(i)) member(split%surface(:, i)) = .true.
+      do d = 1, size(order)
+         group = find_group(split%group, name, order(d))
+         if (group == 0) cycle
+         select case (order(d))
+         case (a_point)
+            do i = 1, size(split%point)
+               if (split%point_group(i) == group) member(split%point(i)) = .true.
+            end do
+         case (a_curve)
+            edge = on_group(split, name)
+            do i = 1, size(edge)
+               if (edge(i)) member(split%surface(:, i)) = .true.
+            end do
+         case (a_surface)
+            do i = 1, size(split%triangle, 2)
+               if (split%triangle_group(i) == group) member(split%triangle(:, i)) = .true.
+            end do
+         end select
+         if (any(member)) return
       end do
-      group = find_group(split%group, name, 0)
-      if (group > 0) then
-         do i = 1, size(split%point)
-            if (split%point_group(i) == group) member(split%point(i)) = .true.
-         end do
-      end if
    end function group_nodes
 
    !> Surface edges of a physical curve (surface edges).
@@ -269,7 +275,7 @@ contains
       logical, allocatable :: edge(:)
       integer :: group
 
-      group = find_group(split%group, name, 1)
+      group = find_group(split%group, name, a_curve)
       if (group > 0) then
          edge = split%surface_group == group
       else

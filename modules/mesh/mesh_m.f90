@@ -8,6 +8,12 @@ module mesh_m
    !> Longest name of a physical group
    integer, parameter, public :: name_length = 64
 
+   !> Dimensions of groups
+   integer, parameter, public :: a_point = 0, a_curve = 1, a_surface = 2
+   !> Groups of different dimension may share a name. Which is meant: where something is held or loaded the curve, where
+   !> bodies move the surface
+   integer, parameter, public :: curve_first(3) = [a_curve, a_point, a_surface], surface_first(3) = [a_surface, a_curve, a_point]
+
    !> A physical group of the mesh file
    type, public :: group_t
       character(len=name_length) :: name = ''

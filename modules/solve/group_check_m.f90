@@ -6,62 +6,72 @@ module group_check_m
    use fracture_group_m, only: all_rock
    use boundary_group_m, only: prescribed, prescribable, edge_loads
    use edges_m, only: edge_table_t, build_edges, find_edge
-   use mesh_m, only: mesh_t, find_group, name_length
+   use mesh_m, only: mesh_t, find_group, name_length, a_point, a_curve, a_surface, curve_first, surface_first
    use pore_pressure_group_m, only: every_place
    implicit none
    private
 
    public :: check_groups
 
-   integer, parameter :: a_point = 0, a_curve = 1, a_surface = 2
    character(len=*), parameter :: kind(0:2) = [character(len=7) :: 'point', 'curve', 'surface']
 
 contains
 
    !> Check the deck's groups against those of the mesh.
-   subroutine check_groups(deck, mesh, errors)
+   subroutine check_groups(deck, mesh, errors, warnings)
       type(deck_t), intent(in) :: deck
       type(mesh_t), intent(in) :: mesh
-      type(error_list_t), intent(inout) :: errors
+      !> What is wrong, and what is valid but seldom meant
+      type(error_list_t), intent(inout) :: errors, warnings
       type(edge_table_t) :: edges
       integer :: i
       logical :: found
 
       call build_edges(mesh%triangle, size(mesh%x, 2), edges)
       do i = 1, size(deck%material)
-         call require(deck, mesh, '&material', deck%material(i)%line, deck%material(i)%group, [a_surface], errors, found)
+         call require_elements(deck, mesh, '&material', deck%material(i)%line, deck%material(i)%group, [a_surface], errors)
       end do
       do i = 1, size(deck%joint)
-         call require(deck, mesh, '&joint', deck%joint(i)%line, deck%joint(i)%group, [a_curve], errors, found)
+         call require_elements(deck, mesh, '&joint', deck%joint(i)%line, deck%joint(i)%group, [a_curve], errors)
       end do
       do i = 1, size(deck%fracture)
          if (deck%fracture(i)%group == all_rock) cycle
-         call require(deck, mesh, '&fracture', deck%fracture(i)%line, deck%fracture(i)%group, [a_surface], errors, found)
+         call require_elements(deck, mesh, '&fracture', deck%fracture(i)%line, deck%fracture(i)%group, [a_surface], errors)
       end do
       do i = 1, size(deck%boundary)
          associate (boundary => deck%boundary(i))
             call require(deck, mesh, '&boundary', boundary%line, boundary%group, [a_point, a_curve, a_surface], errors, found)
             if (.not. found) cycle
-            call check_nodes(deck, mesh, edges, '&boundary', boundary%line, boundary%group, errors, found)
+            call warn_of_namesakes(deck, mesh, '&boundary', boundary%line, boundary%group, curve_first, warnings)
+            call check_nodes(deck, mesh, edges, '&boundary', boundary%line, boundary%group, curve_first, errors, found)
             if (found) call check_loads(deck, mesh, edges, i, errors)
          end associate
       end do
       do i = 1, size(deck%initial)
          associate (initial => deck%initial(i))
             call require(deck, mesh, '&initial', initial%line, initial%group, [a_point, a_curve, a_surface], errors, found)
-            if (found) call check_nodes(deck, mesh, edges, '&initial', initial%line, initial%group, errors, found)
+            if (.not. found) cycle
+            call warn_of_namesakes(deck, mesh, '&initial', initial%line, initial%group, surface_first, warnings)
+            call check_nodes(deck, mesh, edges, '&initial', initial%line, initial%group, surface_first, errors, found)
          end associate
       end do
       do i = 1, size(deck%pore_pressure)
          associate (pore => deck%pore_pressure(i))
             if (pore%group == every_place) cycle
-            call require(deck, mesh, '&pore_pressure', pore%line, pore%group, [a_curve, a_surface], errors, found)
-            if (find_group(mesh%group, pore%group, a_curve) == 0 .or. any(deck%joint%group == pore%group)) cycle
+            call require_elements(deck, mesh, '&pore_pressure', pore%line, pore%group, [a_curve, a_surface], errors)
+            if (.not. has_members(mesh, pore%group, a_curve)) cycle
+            if (has_members(mesh, pore%group, a_surface)) then
+               call errors%add(place(deck, '&pore_pressure', pore%line, pore%group)//': the mesh has a physical curve and a '// &
+                               'physical surface of that name; give one of them another name, to say where the fluid is')
+               cycle
+            end if
+            if (any(deck%joint%group == pore%group)) cycle
             call errors%add(place(deck, '&pore_pressure', pore%line, pore%group)//': this physical curve is no fracture; '// &
                             'must be the group of a &joint, or a physical surface')
          end associate
       end do
       call check_materials(deck, mesh, errors)
+      call warn_of_inner_curves(deck, mesh, edges, warnings)
    end subroutine check_groups
 
    !> The mesh must have a group of that name and of one of the dimensions.
@@ -90,19 +100,108 @@ contains
       call errors%add(place(deck, what, line, name)//': the mesh has no physical '//kinds//' of that name'//similar)
    end subroutine require
 
+   !> The mesh must have a group of that name and of one of the dimensions, and elements in it.
+   subroutine require_elements(deck, mesh, what, line, name, dimensions, errors)
+      type(deck_t), intent(in) :: deck
+      type(mesh_t), intent(in) :: mesh
+      character(len=*), intent(in) :: what, name
+      integer, intent(in) :: line, dimensions(:)
+      type(error_list_t), intent(inout) :: errors
+      integer :: d
+      logical :: found
+
+      call require(deck, mesh, what, line, name, dimensions, errors, found)
+      if (.not. found) return
+      do d = 1, size(dimensions)
+         if (has_members(mesh, name, dimensions(d))) return
+      end do
+      call errors%add(place(deck, what, line, name)//': this group of the mesh is empty')
+   end subroutine require_elements
+
+   !> Is anything of the mesh in the group of that name and dimension?
+   pure logical function has_members(mesh, name, dimension)
+      type(mesh_t), intent(in) :: mesh
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: dimension
+      integer :: group
+
+      group = find_group(mesh%group, name, dimension)
+      has_members = .false.
+      if (group == 0) return
+      select case (dimension)
+      case (a_point)
+         has_members = any(mesh%point_group == group)
+      case (a_curve)
+         has_members = any(mesh%line_group == group)
+      case (a_surface)
+         has_members = any(mesh%triangle_group == group)
+      end select
+   end function has_members
+
+   !> Dimension of the group that a name means: the first in the order with anything in it (-1: none has).
+   pure integer function dimension_meant(mesh, name, order) result(dimension)
+      type(mesh_t), intent(in) :: mesh
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: order(:)
+      integer :: d
+
+      do d = 1, size(order)
+         dimension = order(d)
+         if (has_members(mesh, name, dimension)) return
+      end do
+      dimension = -1
+   end function dimension_meant
+
+   !> Say which group is meant when several have the name.
+   subroutine warn_of_namesakes(deck, mesh, what, line, name, order, warnings)
+      type(deck_t), intent(in) :: deck
+      type(mesh_t), intent(in) :: mesh
+      character(len=*), intent(in) :: what, name
+      !> Which dimension goes before which
+      integer, intent(in) :: line, order(:)
+      type(error_list_t), intent(inout) :: warnings
+      integer :: meant, d
+
+      meant = dimension_meant(mesh, name, order)
+      do d = 1, size(order)
+         if (order(d) == meant .or. .not. has_members(mesh, name, order(d))) cycle
+         call warnings%add(place(deck, what, line, name)//': the mesh has a physical '//trim(kind(meant))//' and a physical '// &
+                           trim(kind(order(d)))//' of that name; the '//trim(kind(meant))//' is taken')
+      end do
+   end subroutine warn_of_namesakes
+
+   !> Lines inside the rock that are no fracture are often meant to be one.
+   subroutine warn_of_inner_curves(deck, mesh, edges, warnings)
+      type(deck_t), intent(in) :: deck
+      type(mesh_t), intent(in) :: mesh
+      type(edge_table_t), intent(in) :: edges
+      type(error_list_t), intent(inout) :: warnings
+      integer :: i, lines, outer
+
+      do i = 1, size(mesh%group)
+         if (mesh%group(i)%dimension /= a_curve .or. any(deck%joint%group == mesh%group(i)%name)) cycle
+         call count_lines(mesh, edges, mesh%group(i)%name, lines, outer)
+         if (outer == lines) cycle
+         call warnings%add(deck%path//': '//to_text(lines - outer)//' of the '//to_text(lines)//' edges of the physical curve '// &
+                           quoted(mesh%group(i)%name)//' lie inside the rock, and no &joint has this group: they are no fracture')
+      end do
+   end subroutine warn_of_inner_curves
+
    !> What is prescribed on a group needs nodes: of a surface with triangles, of a curve on the outer boundary, of a point.
-   subroutine check_nodes(deck, mesh, edges, what, line, name, errors, found)
+   subroutine check_nodes(deck, mesh, edges, what, line, name, order, errors, found)
       type(deck_t), intent(in) :: deck
       type(mesh_t), intent(in) :: mesh
       type(edge_table_t), intent(in) :: edges
       character(len=*), intent(in) :: what, name
-      integer, intent(in) :: line
+      !> Line of the deck; which dimension goes before which
+      integer, intent(in) :: line, order(:)
       type(error_list_t), intent(inout) :: errors
       logical, intent(out) :: found
-      integer :: lines, outer
+      integer :: meant, lines, outer
 
+      meant = dimension_meant(mesh, name, order)
       call count_lines(mesh, edges, name, lines, outer)
-      found = outer > 0 .or. has_member(mesh%triangle_group, a_surface) .or. has_member(mesh%point_group, a_point)
+      found = meant == a_point .or. meant == a_surface .or. outer > 0
       if (found) return
       if (lines > 0) then
          call errors%add(place(deck, what, line, name)//': this physical curve lies inside the rock; '// &
@@ -110,18 +209,6 @@ contains
       else
          call errors%add(place(deck, what, line, name)//': this group of the mesh is empty')
       end if
-
-   contains
-
-      !> Is anything in the group of that name and dimension?
-      pure logical function has_member(group_of, dimension)
-         integer, intent(in) :: group_of(:), dimension
-         integer :: group
-
-         group = find_group(mesh%group, name, dimension)
-         has_member = group > 0 .and. any(group_of == group)
-      end function has_member
-
    end subroutine check_nodes
 
    !> A load acts on edges of the outer boundary; elsewhere it would silently do nothing.

@@ -15,7 +15,7 @@ module recut_m
    use corners_m, only: corners_t, keep_choices
    use contact_m, only: contact_t
    use loads_m, only: init_loads
-   use scene_m, only: scene_t, build_nodes, build_walls, build_contact, begin_stage, law_of
+   use scene_m, only: scene_t, build_nodes, build_walls, build_contact, begin_stage, law_of, lend_stiffness
    use state_m, only: state_t
    implicit none
    private
@@ -116,6 +116,7 @@ contains
          scene%joints%law(j) = crack_law(scene, setting(i), law(i))
          ! Laws without a stiffness of their own press with that of the bond
          if (scene%joints%law(j)%kind == law_coulomb) scene%joints%penalty(j) = law(i)%stiffness/megapascal_per_millimetre
+         call lend_stiffness(scene%joints%penalty(j), scene%joints%law(j))
       end do
    end subroutine join_bonds
 

@@ -7,7 +7,7 @@ module scene_m
    use log_m, only: log_t
    use deck_m, only: deck_t
    use joint_group_m, only: joint_t, has_roughness
-   use mesh_m, only: mesh_t, split_mesh_t, find_group
+   use mesh_m, only: mesh_t, split_mesh_t, find_group, surface_first
    use edges_m, only: edge_table_t
    use split_m, only: cut_t, fracture_cuts, split_edges
    use topology_m, only: topology_t, scan_topology
@@ -16,7 +16,7 @@ module scene_m
    use coulomb_joint_m, only: coulomb_joint_t
    use joint_law_m, only: joint_law_t, joint_law_named, law_jcm, law_jcm_mean, law_coulomb
    use joints_m, only: joints_t, init_joints
-   use bonds_m, only: bonds_t
+   use bonds_m, only: bonds_t, is_closed
    use wall_contact_m, only: wall_contact_t, init_wall_contact, surfaces_walked, walls_touching, lets_go
    use corners_m, only: corners_t, init_corners
    use contact_m, only: contact_t, contact_options_t
@@ -79,7 +79,7 @@ module scene_m
       procedure :: rest_tolerance
    end type scene_t
 
-   public :: build_scene, begin_stage, build_nodes, build_walls, build_contact, law_of, material_of
+   public :: build_scene, begin_stage, build_nodes, build_walls, build_contact, law_of, lend_stiffness, material_of
 
 contains
 
@@ -201,8 +201,10 @@ contains
             scene%joints%wall_handled(j) = settings%contact == 'wall'
             if (settings%normal == 'penalty') scene%joints%penalty(j) = penalty_stiffness(scene, settings, j)
          end associate
+         call lend_stiffness(scene%joints%penalty(j), scene%joints%law(j))
       end do
       call warn_of_guards(scene, log)
+      call warn_of_closed(scene, log)
       call build_walls(scene)
    end subroutine build_joints
 
@@ -400,6 +402,15 @@ contains
       law%vm = law%rough%vm
    end function coulomb_law
 
+   !> A Coulomb joint without a stiffness of its own has that of the penalty, which it then slides with too.
+   elemental subroutine lend_stiffness(penalty, law)
+      !> Penalty stiffness of its walls [MPa/mm]
+      real(wp), intent(in) :: penalty
+      type(joint_law_t), intent(inout) :: law
+
+      if (law%kind == law_coulomb .and. .not. is_set(law%coulomb%kn)) law%coulomb%kn = penalty
+   end subroutine lend_stiffness
+
    !> Penalty stiffness of a joint's walls, p over the size of the triangles behind them [MPa/mm].
    pure real(wp) function penalty_stiffness(scene, settings, j) result(stiffness)
       type(scene_t), intent(in) :: scene
@@ -451,6 +462,24 @@ contains
 
    end subroutine warn_of_guards
 
+   !> A joint element both of whose ends are tips has no node of its own: it can neither open nor slide.
+   subroutine warn_of_closed(scene, log)
+      type(scene_t), intent(in) :: scene
+      type(log_t), intent(in) :: log
+      logical :: closed(size(scene%joints%group))
+      integer :: g, j
+
+      closed = [(is_closed(scene%split%joint(:, j)), j=1, size(closed))]
+      do g = 1, size(scene%deck%joint)
+         if (count(closed .and. scene%joints%group == g) == 0) cycle
+         j = findloc(closed .and. scene%joints%group == g, .true., dim=1)
+         call log%warn(to_text(count(closed .and. scene%joints%group == g))//' joint elements of '// &
+                       quoted(scene%deck%joint(g)%group)//' are fractures of one element with both tips in the rock, as at x = '// &
+                       to_text(scene%split%x(1, scene%split%joint(1, j)))//', y = '// &
+                       to_text(scene%split%x(2, scene%split%joint(1, j)))//': they cannot open or slide; a finer mesh can')
+      end do
+   end subroutine warn_of_closed
+
    !> Initial velocities.
    subroutine start_moving(scene, state)
       type(scene_t), intent(in) :: scene
@@ -459,7 +488,7 @@ contains
       integer :: i
 
       do i = 1, size(scene%deck%initial)
-         member = group_nodes(scene%split, scene%deck%initial(i)%group)
+         member = group_nodes(scene%split, scene%deck%initial(i)%group, surface_first)
          associate (initial => scene%deck%initial(i))
             if (is_set(initial%vx)) where (member) state%v(1, :) = initial%vx
             if (is_set(initial%vy)) where (member) state%v(2, :) = initial%vy
