@@ -46,6 +46,7 @@ contains
       total = sum(scene%mass)
       if (added > 0.0_wp) call log%say('          mass scaling has added '//to_text(added)//' kg/m, '// &
                                        to_text(100.0_wp*added/total)//' % of the mass')
+      call say_overshoot(scene, stage, state, report, log)
       if (is_set(scene%deck%stage(stage)%equilibrium) .and. .not. report%balanced) &
          call log%warn('stage '//quoted(scene%deck%stage(stage)%name)//' ended before equilibrium: unbalanced force ratio '// &
                        to_text(report%unbalanced)//' after the longest rest allowed; asked for was '// &
@@ -70,6 +71,26 @@ contains
                        'corner_factor is small; more cycles may hold them')
       end associate
    end subroutine warn_of_corners
+
+   !> Joints and cracks that slide too far while the rock swings stay there: rest alone does not tell. The kinetic energy does.
+   subroutine say_overshoot(scene, stage, state, report, log)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage
+      type(state_t), intent(in) :: state
+      !> Report of the stage's last cycle
+      type(cycle_report_t), intent(in) :: report
+      type(log_t), intent(in) :: log
+      !> Overshoot that is worth a word: slip was too large by a third of it up to all of it where that was measured
+      real(wp), parameter :: noticeable = 0.01_wp
+
+      if (scene%solver /= solver_explicit .or. .not. scene%until_balanced(stage) .or. size(state%joint) == 0) return
+      call log%say('          the rock swung about '//to_text(100.0_wp*report%overshoot)// &
+                   ' % further than to rest in the last cycle (root of its kinetic energy over the work)')
+      if (report%overshoot > noticeable) &
+         call log%warn('stage '//quoted(scene%deck%stage(stage)%name)//': loads grew so fast that the rock swung about '// &
+                       to_text(100.0_wp*report%overshoot)//' % further than to rest; joints that slid with it stay there. '// &
+                       'For less: more cycles, a longer move_time, or solver = ''implicit''')
+   end subroutine say_overshoot
 
    subroutine say_end(directory, scene, state, progress, log)
       character(len=*), intent(in) :: directory

@@ -39,6 +39,9 @@ module explicit_m
       real(wp) :: unbalanced = 0.0_wp
       !> Did the rest end at the equilibrium asked for? True when none was asked for
       logical :: balanced = .true.
+      !> Root of the largest kinetic energy that loads gave to the rock over the work of the run so far [-]: about how much
+      !> further than to rest it swung
+      real(wp) :: overshoot = 0.0_wp
    end type cycle_report_t
 
 contains
@@ -70,6 +73,7 @@ contains
          if (scene%until_balanced(stage)) rest_time = scene%longest_rest(stage)
          if (rest_time > 0.0_wp .and. .not. errors%any()) &
             call march(scene, stage, cycle, rest_time, .false., log, progress, state, report, errors)
+         if (abs(state%energy%external) > 0.0_wp) report%overshoot = sqrt(report%overshoot/abs(state%energy%external))
          report%unbalanced = unbalanced_ratio(scene%loads, state)
          if (scene%until_balanced(stage)) report%balanced = report%unbalanced <= settings%equilibrium
          if (errors%any()) return
@@ -98,9 +102,11 @@ contains
       real(wp) :: elapsed, dt, fraction, level, motion, part
       integer(i8) :: steps_left
       integer :: since_look, choices
-      logical :: searched, changed
+      logical :: searched, changed, by_loads
 
       if (duration <= 0.0_wp) return
+      ! What is driven at a given speed has that much kinetic energy, however slowly it goes
+      by_loads = .not. moving .or. .not. any(abs(scene%loads%velocity) > 0.0_wp)
       elapsed = 0.0_wp
       since_look = 0
       call fit_step()
@@ -116,6 +122,7 @@ contains
          state%step = state%step + 1_i8
          report%steps = report%steps + 1_i8
          steps_left = steps_left - 1_i8
+         if (by_loads) report%overshoot = max(report%overshoot, state%energy%kinetic)
          ! Every step, since an unstable motion can grow a hundredfold in each. A comparison with NaN is false.
          if (.not. state%energy%kinetic < absurd_energy) then
             call report_failure(scene, stage, cycle, state, dt, errors)
