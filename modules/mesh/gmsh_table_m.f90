@@ -39,6 +39,8 @@ module gmsh_table_m
    integer(i8), parameter :: longest_gaps = 64_i8, table_always_allowed = 10000000_i8
    !> Nodes further than this part of the mesh's size from one plane z = constant are out of plane
    real(wp), parameter :: plane_tolerance = 1.0e-9_wp
+   !> A mesh this many times its size away from the origin has a datum taken off its coordinates
+   real(wp), parameter :: far_away = 10.0_wp
    !> Larger coordinates are damaged numbers; their squares could overflow [m]
    real(wp), parameter :: largest_coordinate = 1.0e30_wp
 
@@ -131,6 +133,7 @@ contains
       type(mesh_t), intent(inout) :: mesh
       type(error_list_t), intent(inout) :: errors
       integer, allocatable :: node_of_number(:)
+      logical, allocatable :: used(:)
       integer :: before
 
       before = errors%count()
@@ -144,9 +147,11 @@ contains
       if (errors%count() > before) return
       call check_nodes(table, path, node_of_number, errors)
       if (errors%count() > before) return
-      call check_plane(table, path, errors)
+      used = used_nodes(table, node_of_number)
+      call check_plane(table, path, used, errors)
       if (errors%count() > before) return
-      call number_nodes(table, node_of_number, mesh)
+      call number_nodes(table, used, node_of_number, mesh)
+      call take_off_datum(mesh)
       call sort_out(table, node_of_number, mesh)
       call turn_anticlockwise(mesh)
    end subroutine assemble
@@ -238,46 +243,81 @@ contains
       end do
    end subroutine check_nodes
 
+   !> Which nodes of the file the mesh uses (nodes of the file).
+   pure function used_nodes(table, node_of_number) result(used)
+      type(gmsh_table_t), intent(in) :: table
+      !> Place in the file by number
+      integer, intent(in) :: node_of_number(:)
+      logical :: used(size(table%node_number))
+      integer :: i, j
+
+      used = .false.
+      do i = 1, table%elements
+         if (.not. belongs(table, i)) cycle
+         do j = 1, nodes_of_read_type(table%element_type(i))
+            used(node_of_number(table%element_node(j, i))) = .true.
+         end do
+      end do
+   end function used_nodes
+
    !> The mesh must be of this world and lie in one plane z = constant.
-   subroutine check_plane(table, path, errors)
+   subroutine check_plane(table, path, used, errors)
       type(gmsh_table_t), intent(in) :: table
       character(len=*), intent(in) :: path
+      !> Does the mesh use the node? (nodes of the file)
+      logical, intent(in) :: used(:)
       type(error_list_t), intent(inout) :: errors
-      real(wp) :: extent
+      real(wp) :: low(3), high(3), largest
+      integer :: i
 
-      if (maxval(abs(table%x)) > largest_coordinate) then
-         call errors%add(path//': there is a coordinate of '//to_text(maxval(abs(table%x)))//' m; a number is damaged')
+      if (.not. any(used)) return
+      do i = 1, 3
+         low(i) = minval(table%x(i, :), mask=used)
+         high(i) = maxval(table%x(i, :), mask=used)
+      end do
+      largest = max(maxval(abs(low)), maxval(abs(high)))
+      if (largest > largest_coordinate) then
+         call errors%add(path//': there is a coordinate of '//to_text(largest)//' m; a number is damaged')
          return
       end if
-      extent = max(maxval(table%x(1, :)) - minval(table%x(1, :)), maxval(table%x(2, :)) - minval(table%x(2, :)))
-      if (maxval(table%x(3, :)) - minval(table%x(3, :)) > plane_tolerance*extent) then
-         call errors%add(path//': z of the nodes runs from '//to_text(minval(table%x(3, :)))//' to '// &
-                         to_text(maxval(table%x(3, :)))//'; the mesh must lie in a plane z = constant')
+      if (high(3) - low(3) > plane_tolerance*max(high(1) - low(1), high(2) - low(2))) then
+         call errors%add(path//': z of the nodes runs from '//to_text(low(3))//' to '//to_text(high(3))// &
+                         '; the mesh must lie in a plane z = constant')
       end if
    end subroutine check_plane
 
+   !> Take a datum off coordinates that are many times the size of the mesh. It is in whole metres, so that nothing is rounded.
+   pure subroutine take_off_datum(mesh)
+      type(mesh_t), intent(inout) :: mesh
+      real(wp) :: low(2), high(2)
+      integer :: i
+
+      if (size(mesh%x, 2) == 0) return
+      low = minval(mesh%x, dim=2)
+      high = maxval(mesh%x, dim=2)
+      do i = 1, 2
+         if (abs(low(i)) <= far_away*maxval(high - low)) cycle
+         mesh%datum(i) = anint(low(i))
+         mesh%x(i, :) = mesh%x(i, :) - mesh%datum(i)
+      end do
+   end subroutine take_off_datum
+
    !> Number the nodes that the mesh uses, in the file's order.
-   subroutine number_nodes(table, node_of_number, mesh)
+   subroutine number_nodes(table, used, node_of_number, mesh)
       type(gmsh_table_t), intent(in) :: table
+      !> Does the mesh use the node? (nodes of the file)
+      logical, intent(in) :: used(:)
       !> Place in the file by number; on return number in the mesh by number in the file
       integer, intent(inout) :: node_of_number(:)
       type(mesh_t), intent(inout) :: mesh
       integer, allocatable :: mesh_node(:)
-      integer :: i, j, nodes
+      integer :: i, nodes
 
-      allocate (mesh_node(size(table%node_number)))
-      mesh_node = 0
-      do i = 1, table%elements
-         if (.not. belongs(table, i)) cycle
-         do j = 1, nodes_of_read_type(table%element_type(i))
-            mesh_node(node_of_number(table%element_node(j, i))) = 1
-         end do
-      end do
-      nodes = sum(mesh_node)
-      allocate (mesh%x(2, nodes))
+      allocate (mesh_node(size(used)), source=0)
+      allocate (mesh%x(2, count(used)))
       nodes = 0
       do i = 1, size(mesh_node)
-         if (mesh_node(i) == 0) cycle
+         if (.not. used(i)) cycle
          nodes = nodes + 1
          mesh_node(i) = nodes
          mesh%x(:, nodes) = table%x(1:2, i)

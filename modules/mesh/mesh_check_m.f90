@@ -4,7 +4,7 @@ module mesh_check_m
    use errors_m, only: error_list_t
    use geometry_m, only: twice_area
    use kinds_m, only: wp
-   use mesh_m, only: mesh_t
+   use mesh_m, only: mesh_t, coordinate_text
    use overlap_m, only: find_overlaps, most_of_a_kind => most_listed, overlap_t
    use text_m, only: quoted, to_text
    implicit none
@@ -189,12 +189,12 @@ contains
       do i = 1, min(overlap%pairs, most_of_a_kind)
          call errors%add('mesh: nodes '//to_text(overlap%same_place(1, i))//' and '// &
                          to_text(overlap%same_place(2, i))//' are at the same place '// &
-                         at_text(mesh%x(:, overlap%same_place(1, i)))// &
+                         at_text(mesh%x(:, overlap%same_place(1, i)), mesh%datum)// &
                          '; merge them (gmsh: fragment the surfaces), or leave a gap between separate bodies')
       end do
       do i = 1, min(overlap%cases, most_of_a_kind)
          call errors%add('mesh: node '//to_text(overlap%on_edge(1, i))//' at '// &
-                         at_text(mesh%x(:, overlap%on_edge(1, i)))//' hangs on the '// &
+                         at_text(mesh%x(:, overlap%on_edge(1, i)), mesh%datum)//' hangs on the '// &
                          edge_text(mesh, overlap%on_edge(2:3, i))//'; mesh both sides with the same nodes '// &
                          '(gmsh: fragment the surfaces), or leave a gap between separate bodies')
       end do
@@ -256,7 +256,7 @@ contains
       loose = 0
       do i = 1, size(mesh%point)
          if (has_triangle(mesh%point(i))) cycle
-         call add_capped(errors, loose, 'mesh: the point at '//at_text(mesh%x(:, mesh%point(i)))//' of group '// &
+         call add_capped(errors, loose, 'mesh: the point at '//at_text(mesh%x(:, mesh%point(i)), mesh%datum)//' of group '// &
                          group_text(mesh, mesh%point_group(i))//' is not a corner of triangles; embed it in its '// &
                          'surface')
       end do
@@ -264,11 +264,12 @@ contains
    end subroutine check_points
 
    !> A place, for messages.
-   pure function at_text(x) result(text)
-      real(wp), intent(in) :: x(2)
+   pure function at_text(x, datum) result(text)
+      !> Coordinates less the datum, and that [m]
+      real(wp), intent(in) :: x(2), datum(2)
       character(len=:), allocatable :: text
 
-      text = '('//to_text(x(1))//', '//to_text(x(2))//')'
+      text = '('//coordinate_text(x(1), datum(1))//', '//coordinate_text(x(2), datum(2))//')'
    end function at_text
 
    !> A triangle, by its place among the triangles of the file and by its centre.
@@ -277,7 +278,7 @@ contains
       integer, intent(in) :: i
       character(len=:), allocatable :: text
 
-      text = 'triangle '//to_text(i)//' at '//at_text(sum(mesh%x(:, mesh%triangle(:, i)), dim=2)/3.0_wp)
+      text = 'triangle '//to_text(i)//' at '//at_text(sum(mesh%x(:, mesh%triangle(:, i)), dim=2)/3.0_wp, mesh%datum)
    end function triangle_text
 
    !> An edge by its ends.
@@ -286,7 +287,7 @@ contains
       integer, intent(in) :: node(2)
       character(len=:), allocatable :: text
 
-      text = 'edge from '//at_text(mesh%x(:, node(1)))//' to '//at_text(mesh%x(:, node(2)))
+      text = 'edge from '//at_text(mesh%x(:, node(1)), mesh%datum)//' to '//at_text(mesh%x(:, node(2)), mesh%datum)
    end function edge_text
 
    !> Name of a group in quotes.

@@ -2,6 +2,7 @@
 !> where fractures are facing walls joined by four-noded joint elements.
 module mesh_m
    use kinds_m, only: wp
+   use text_m, only: to_text
    implicit none
    private
 
@@ -25,8 +26,11 @@ module mesh_m
 
    !> The mesh as read: a conforming triangulation in which fractures are still lines of shared nodes
    type, public :: mesh_t
-      !> Coordinates (2, nodes) [m]
+      !> Coordinates (2, nodes) [m], less the datum
       real(wp), allocatable :: x(:, :)
+      !> What was taken off the coordinates of a mesh that lies far from the origin, as maps do: so no digits are lost. It comes
+      !> back in all that is written [m]
+      real(wp) :: datum(2) = 0.0_wp
       !> Triangles (3, triangles), anticlockwise; lines (2, lines); single nodes of point groups (points)
       integer, allocatable :: triangle(:, :), line(:, :), point(:)
       !> Index into group of each triangle, line, point (0: none)
@@ -41,8 +45,9 @@ module mesh_m
    !>      |   A--------->B       joint(1:2)  lower wall, its triangle on the right of A->B
    !>      +--> i
    type, public :: split_mesh_t
-      !> Coordinates (2, nodes) [m] before any motion
+      !> Coordinates (2, nodes) [m] before any motion, less the datum; and that (see mesh_t)
       real(wp), allocatable :: x(:, :)
+      real(wp) :: datum(2) = 0.0_wp
       !> Node of the mesh file that each node is a copy of (nodes)
       integer, allocatable :: origin(:)
       !> Triangles (3, triangles), anticlockwise, and their group
@@ -62,7 +67,7 @@ module mesh_m
       type(group_t), allocatable :: group(:)
    end type split_mesh_t
 
-   public :: find_group
+   public :: find_group, place_text, coordinate_text
 
 contains
 
@@ -78,5 +83,27 @@ contains
          if (group(i)%dimension == dimension .and. group(i)%name == name) found = i
       end do
    end function find_group
+
+   !> A place for messages, as 'x = 1.5, y = 2'.
+   pure function place_text(x, datum) result(text)
+      !> Coordinates less the datum, and that [m]
+      real(wp), intent(in) :: x(2), datum(2)
+      character(len=:), allocatable :: text
+
+      text = 'x = '//coordinate_text(x(1), datum(1))//', y = '//coordinate_text(x(2), datum(2))
+   end function place_text
+
+   !> A coordinate for messages: as many digits behind the point wherever the mesh lies.
+   pure function coordinate_text(x, datum) result(text)
+      !> Coordinate less the datum, and that [m]
+      real(wp), intent(in) :: x, datum
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer
+
+      text = to_text(x)
+      if (abs(datum) <= 0.0_wp) return
+      write (buffer, '(f0.5)') datum + x
+      text = trim(buffer)
+   end function coordinate_text
 
 end module mesh_m

@@ -194,6 +194,7 @@ contains
       is_cut(cut%edge) = .true.
       split%triangle_group = mesh%triangle_group
       split%group = mesh%group
+      split%datum = mesh%datum
       call copy_nodes(mesh, edges, is_cut, split)
       call make_joints(mesh, edges, cut, split)
       call make_surface(mesh, edges, cut, split)

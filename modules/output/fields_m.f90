@@ -262,7 +262,7 @@ contains
       character(len=*), intent(in) :: at
       type(split_mesh_t), intent(in) :: mesh
       integer, intent(in) :: block_edge(:)
-      call file%write(at//'coordinates', mesh%x, 'm', 'Nodes before any motion: x, y')
+      call file%write(at//'coordinates', mesh%x + spread(mesh%datum, 2, size(mesh%x, 2)), 'm', 'Nodes before any motion: x, y')
       call file%write(at//'triangles', mesh%triangle - 1, '1', 'Nodes of each triangle, anticlockwise, from 0')
       call file%write(at//'triangle_group', mesh%triangle_group - 1, '1', 'Group of each triangle, row of group_name')
       call file%write(at//'joints', mesh%joint - 1, '1', &

@@ -149,7 +149,7 @@ contains
 
       associate (x => scene%split%x, node => scene%bonds%node(:, b))
          along = x(:, node(2)) - x(:, node(1))
-         event%place = 0.5_wp*(x(:, node(1)) + x(:, node(2)))
+         event%place = scene%split%datum + 0.5_wp*(x(:, node(1)) + x(:, node(2)))
       end associate
       if (along(1) < 0.0_wp) along = -along
       event%angle = atan2(along(2), along(1))/radians

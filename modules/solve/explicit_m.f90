@@ -5,6 +5,7 @@ module explicit_m
    use errors_m, only: error_list_t
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
+   use mesh_m, only: place_text
    use scene_m, only: scene_t
    use state_m, only: state_t, kinetic_energy
    use solid_m, only: solid_forces, viscous_forces, strain_energy
@@ -334,8 +335,8 @@ contains
       if (worst == 0) worst = maxloc(speed, dim=1)
       call errors%add('the velocity has grown to '//to_text(speed(worst))//' m/s at time '//to_text(state%time)//' s (stage '''// &
                       trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', step '//to_text(state%step)// &
-                      ', dt '//to_text(dt)//' s), most at node '//to_text(worst)//' near x = '// &
-                      to_text(scene%split%x(1, worst))//', y = '//to_text(scene%split%x(2, worst))// &
+                      ', dt '//to_text(dt)//' s), most at node '//to_text(worst)//' near '// &
+                      place_text(scene%split%x(:, worst), scene%split%datum)// &
                       '; try a smaller &explicit '//trim(merge('step  ', 'safety', is_set(scene%deck%explicit%step)))// &
                       ', or check penalty and boundary conditions there')
    end subroutine report_failure

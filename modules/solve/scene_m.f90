@@ -7,7 +7,7 @@ module scene_m
    use log_m, only: log_t
    use deck_m, only: deck_t
    use joint_group_m, only: joint_t, has_roughness
-   use mesh_m, only: mesh_t, split_mesh_t, find_group, surface_first
+   use mesh_m, only: mesh_t, split_mesh_t, find_group, surface_first, place_text
    use edges_m, only: edge_table_t
    use split_m, only: cut_t, fracture_cuts, split_edges
    use topology_m, only: topology_t, scan_topology
@@ -474,9 +474,9 @@ contains
          if (count(closed .and. scene%joints%group == g) == 0) cycle
          j = findloc(closed .and. scene%joints%group == g, .true., dim=1)
          call log%warn(to_text(count(closed .and. scene%joints%group == g))//' joint elements of '// &
-                       quoted(scene%deck%joint(g)%group)//' are fractures of one element with both tips in the rock, as at x = '// &
-                       to_text(scene%split%x(1, scene%split%joint(1, j)))//', y = '// &
-                       to_text(scene%split%x(2, scene%split%joint(1, j)))//': they cannot open or slide; a finer mesh can')
+                       quoted(scene%deck%joint(g)%group)//' are fractures of one element with both tips in the rock, as at '// &
+                       place_text(scene%split%x(:, scene%split%joint(1, j)), scene%split%datum)//': they cannot open '// &
+                       'or slide; a finer mesh can')
       end do
    end subroutine warn_of_closed
 

@@ -3,9 +3,8 @@
 !> out, explicit where something moves.
 module solver_choice_m
    use kinds_m, only: wp
-   use text_m, only: to_text
    use deck_m, only: deck_t
-   use mesh_m, only: split_mesh_t
+   use mesh_m, only: split_mesh_t, place_text
    use loads_m, only: loads_t, init_loads, start_stage
    use support_m, only: find_loose, assemblies
    implicit none
@@ -81,8 +80,7 @@ contains
          call start_stage(split, deck%boundary, deck%stage%name, stage, no_weight, loads)
          call find_loose(split%x, split%triangle, split%joint, loads%fixed, loose)
          if (size(loose) == 0) cycle
-         reason = 'nothing holds the rock around x = '//to_text(split%x(1, loose(1)))//', y = '// &
-                  to_text(split%x(2, loose(1)))//': it may move'
+         reason = 'nothing holds the rock around '//place_text(split%x(:, loose(1)), split%datum)//': it may move'
          return
       end do
    end function loose_body
