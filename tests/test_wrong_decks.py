@@ -130,11 +130,66 @@ def test_no_deck_at_all(femdem, tmp_path):
 @pytest.mark.fast
 @pytest.mark.parametrize(
     "content",
-    [b"", b"\n\n", b"\x00\x01\xff" * 5000, b"&", b"&runs", b"'", b"=/&"],
-    ids=["empty", "blank lines", "binary", "ampersand", "name only", "quote", "signs"],
+    [b"", b"\n\n", b"&", b"&runs", b"'", b"=/&"],
+    ids=["empty", "blank lines", "ampersand", "name only", "quote", "signs"],
 )
 def test_no_deck_inside(content, femdem, tmp_path):
     assert_wrong(check(femdem, content, tmp_path), "&run is missing")
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    ("content", "expect"),
+    [
+        (b"\x00\x01\xff" * 5000, "is no text file"),
+        (b"\x1f\x8b\x08" + bytes(range(256)) * 20, "is no text file"),
+        (BASE.encode("utf-16"), "is written in UTF-16"),
+        (BASE.encode("utf-16-le"), "is written in UTF-16"),
+        (BASE.encode("utf-16-be"), "is written in UTF-16"),
+    ],
+    ids=["binary", "packed", "UTF-16", "UTF-16 LE", "UTF-16 BE"],
+)
+def test_what_is_no_deck_has_one_message(content, expect, femdem, tmp_path):
+    result = check(femdem, content, tmp_path)
+    assert_wrong(result, expect)
+    assert len(result.stderr.splitlines()) == 1, result.stderr
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"], ids=["LF", "CR LF", "CR"])
+def test_a_comment_ends_with_its_line_whatever_ends_that(end, femdem, tmp_path):
+    deck = "! On top\n" + BASE.replace("   vy = 0\n", "   vy = 0 ! held\n")
+    assert check(femdem, deck.replace("\n", end), tmp_path).returncode == 0
+    # One alone, in the middle: the group behind it counts
+    wrong = BASE.replace("   pressure = 5e6\n", f"   ! five{end}   pressure = -a\n")
+    assert_wrong(check(femdem, wrong, tmp_path), "&boundary pressure = -a: must be a number")
+    wrong = BASE.replace("jrc0 = 9.7", "jrc0 = -3").replace("\n", end)
+    assert_wrong(check(femdem, wrong, tmp_path), "input.nml:16: &joint jrc0 = -3")
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    ("old", "new", "expect"),
+    [
+        ("gy = -9.81", "gy = \u22129.81", "input.nml:38: found a minus sign (U+2212); must be the plain -"),
+        ("gy = -9.81", "gy =\u00a0-9.81", "input.nml:38: found a no-break blank (U+00A0)"),
+        ("jrc0 =", "jrc0\u200b =", "input.nml:16: found a zero-width blank (U+200B)"),
+        ("'top'", "\u2018top\u2019", "input.nml:29: found an opening quotation mark (U+2018); must be the plain '"),
+        ("! A good deck.", "! A good deck.\u2028&stage", "input.nml:1: found a line separator (U+2028) in a comment"),
+        ("gy = -9.81", "gy = -9.81\x0c", "input.nml:38: found a form feed (U+000C)"),
+        ("gy = -9.81", "gy = 9\u00b2", "input.nml:38: found the character U+00B2"),
+    ],
+)
+def test_characters_that_look_like_others_are_named(old, new, expect, femdem, tmp_path):
+    result = check(femdem, BASE.replace(old, new), tmp_path)
+    assert_wrong(result, expect)
+    assert len(result.stderr.splitlines()) == 1, result.stderr
+
+
+@pytest.mark.fast
+def test_anything_may_stand_in_comments_and_texts(femdem, tmp_path):
+    deck = BASE.replace("Two blocks", "Zwei Bl\u00f6cke \u2013 a\u00a0b").replace("! A good", "! Ein \u2212 guter")
+    assert check(femdem, "\ufeff" + deck, tmp_path).returncode == 0
 
 
 @pytest.mark.fast

@@ -3,6 +3,7 @@
 !> A namelist READ answers a misspelt group, a missing '/' or a wrong type in the last variable with plain end-of-file,
 !> so everything that can be wrong with the form of a deck is found and reported here, all of it in one go.
 module deck_scan_m
+   use deck_text_m, only: what_file_is, plain_text, is_line_end
    use errors_m, only: error_list_t
    use text_m, only: lower, to_text
    implicit none
@@ -54,8 +55,6 @@ module deck_scan_m
    character, parameter :: tab = achar(9), line_feed = achar(10), carriage_return = achar(13)
    !> Characters that end a word
    character(len=*), parameter :: word_ends = ' =,/&'//"'!"//'"'//tab//line_feed//carriage_return
-   !> Mark that some editors put at the start of a UTF-8 file
-   character(len=3), parameter :: byte_order_mark = char(239)//char(187)//char(191)
    !> What a reader of the message should know
    character(len=*), parameter :: form_of_a_group = &
                                   ' (a group is &name variable = value ... /, its texts in quotes)'
@@ -126,27 +125,29 @@ contains
       if (status /= 0) then
          call errors%add(path//': the deck cannot be read: '//trim(message))
          text = ''
+      else if (what_file_is(text) /= '') then
+         call errors%add(path//': '//what_file_is(text))
+         text = ''
       end if
       close (unit)
    end subroutine read_text_file
 
    !> Cut the text of a deck into its groups. What is wrong is reported and the rest is still cut.
-   subroutine scan_deck(path, text, slice, errors)
+   subroutine scan_deck(path, as_written, slice, errors)
       !> Path of the deck, for the messages
       character(len=*), intent(in) :: path
       !> Text of the deck
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: as_written
       !> Groups in the order of the deck
       type(group_slice_t), allocatable, intent(out) :: slice(:)
       type(error_list_t), intent(inout) :: errors
       type(reader_t) :: reader
       type(token_t) :: token
+      character(len=:), allocatable :: text
       logical :: stray_reported
 
       allocate (slice(0))
-      if (len(text) >= len(byte_order_mark)) then
-         if (text(:len(byte_order_mark)) == byte_order_mark) reader%next = len(byte_order_mark) + 1
-      end if
+      call plain_text(path, as_written, text, errors)
       ! One message for each stretch of stray text: a file that is no deck at all would give thousands.
       stray_reported = .false.
       call next_token(text, reader, token)
@@ -335,12 +336,13 @@ contains
       comment = .false.
       do while (reader%next <= len(text))
          select case (text(reader%next:reader%next))
-         case (line_feed)
+         case (line_feed, carriage_return)
+            ! A carriage return alone ends a line too; before a line feed it is the same end
             comment = .false.
-            reader%line = reader%line + 1
+            if (is_line_end(text, reader%next)) reader%line = reader%line + 1
          case ('!')
             comment = .true.
-         case (' ', tab, carriage_return)
+         case (' ', tab)
             continue
          case default
             if (.not. comment) return
