@@ -24,7 +24,7 @@ program femdem
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
    use implicit_m, only: implicit_cycle, implicit_solver_t
    use relaxation_m, only: relaxation_cycle
-   use results_m, only: results_t, results_directory
+   use results_m, only: results_t, results_directory, check_directory
    use run_checkpoint_m, only: place_t, load_run
    use story_m, only: say_start, say_stage, say_end, command_text
    implicit none
@@ -65,8 +65,10 @@ program femdem
    call warnings%write(error_unit, 'warning: ')
    if (errors%any()) call stop_with(status_bad_input)
 
+   directory = results_directory(deck, command%output)
+   call check_directory(directory, errors)
+   if (errors%any()) call stop_with(status_bad_input)
    if (.not. command%check) then
-      directory = results_directory(deck, command%output)
       call make_directory(directory, status)
       if (status /= 0) call errors%add('the results directory '//directory//' cannot be made or written to')
       if (errors%any()) call stop_with(status_bad_input)

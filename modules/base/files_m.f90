@@ -1,10 +1,11 @@
 !> What Fortran does not offer for files: replacing one in a single step, and making a directory.
 module files_m
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int32_t, c_null_char, c_null_ptr, &
+      c_ptr, c_size_t
    implicit none
    private
 
-   public :: replace_file, make_directory, file_exists, delete_file, read_text
+   public :: replace_file, make_directory, file_exists, delete_file, read_text, real_path, relative_path
 
    interface
       integer(c_int) function c_rename(from, to) bind(c, name='rename')
@@ -17,6 +18,22 @@ module files_m
          character(kind=c_char), intent(in) :: path(*)
          integer(c_int32_t), value :: mode
       end function c_mkdir
+
+      type(c_ptr) function c_realpath(path, resolved) bind(c, name='realpath')
+         import :: c_char, c_ptr
+         character(kind=c_char), intent(in) :: path(*)
+         type(c_ptr), value :: resolved
+      end function c_realpath
+
+      integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: text
+      end function c_strlen
+
+      subroutine c_free(memory) bind(c, name='free')
+         import :: c_ptr
+         type(c_ptr), value :: memory
+      end subroutine c_free
    end interface
 
 contains
@@ -51,6 +68,44 @@ contains
       open (newunit=unit, file=trim(path)//'/.write_test', action='write', status='replace', iostat=status)
       if (status == 0) close (unit, status='delete', iostat=status)
    end subroutine make_directory
+
+   !> The path of a file or directory from the root, without links and dots; empty when it is not there.
+   function real_path(path) result(absolute)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: absolute
+      character(kind=c_char), pointer :: letter(:)
+      type(c_ptr) :: resolved
+      integer :: i
+
+      absolute = ''
+      resolved = c_realpath(trim(path)//c_null_char, c_null_ptr)
+      if (.not. c_associated(resolved)) return
+      call c_f_pointer(resolved, letter, [int(c_strlen(resolved))])
+      do i = 1, size(letter)
+         absolute = absolute//letter(i)
+      end do
+      call c_free(resolved)
+   end function real_path
+
+   !> The way from a directory to a file, both as real_path gives them.
+   pure function relative_path(path, directory) result(way)
+      character(len=*), intent(in) :: path, directory
+      character(len=:), allocatable :: way
+      integer :: i, shared
+
+      ! The path of both up to the last '/' they share
+      shared = 0
+      do i = 1, min(len(path), len(directory) + 1)
+         if (path(i:i) == '/' .and. (i > len(directory))) shared = i
+         if (i > len(directory)) exit
+         if (path(i:i) /= directory(i:i)) exit
+         if (path(i:i) == '/') shared = i
+      end do
+      way = path(shared + 1:)
+      do i = shared + 1, len(directory)
+         if (i == shared + 1 .or. directory(i:i) == '/') way = '../'//way
+      end do
+   end function relative_path
 
    !> Is there a file of this name?
    logical function file_exists(path)

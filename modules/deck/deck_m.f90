@@ -23,6 +23,9 @@ module deck_m
 
    public :: read_deck, parse_deck, write_deck, deck_path
 
+   !> How a deck that the program has written begins
+   character(len=*), parameter, public :: written_by_program = '! Effective deck: every variable, given or default.'
+
    !> All groups of a deck
    type, public :: deck_t
       !> Path as the user gave it; directory part of it with its last '/' (empty: the working directory)
@@ -219,7 +222,7 @@ contains
       integer, intent(in) :: unit
       integer :: i
 
-      write (unit, '(a,/)') '! Effective deck: every variable, given or default. Read from '//deck%path
+      write (unit, '(a,/)') written_by_program//' Read from '//deck%path
       call write_run(deck%run, unit)
       do i = 1, size(deck%material)
          call write_material(deck%material(i), unit)

@@ -9,16 +9,16 @@ module checkpoint_m
    implicit none
    private
 
-   public :: text_hash
+   public :: text_hash, numbers_hash
 
    !> Layout of the file; raise it when what is saved changes meaning
-   integer, parameter :: format_version = 2
+   integer, parameter :: format_version = 3
 
-   !> What a checkpoint must agree with: the same mesh and the same deck
+   !> What a checkpoint must agree with: the same mesh
    type, public :: fingerprint_t
       integer :: nodes = 0, triangles = 0, joints = 0
-      !> text_hash of the deck
-      character(len=16) :: deck = ''
+      !> text_hash of what the mesh holds: places of the nodes, corners of triangles and ends of fracture lines, groups
+      character(len=16) :: places = '', corners = '', groups = ''
    end type fingerprint_t
 
    !> A checkpoint being written or read
@@ -32,12 +32,12 @@ module checkpoint_m
       procedure :: open => open_checkpoint
       procedure :: close => close_checkpoint
       procedure :: has
-      procedure, private :: save_real, save_integer, save_long, save_real_1, save_real_2, save_integer_1, save_integer_2
+      procedure, private :: save_text, save_real, save_integer, save_long, save_real_1, save_real_2, save_integer_1, save_integer_2
       !> save(name, value): a scalar or an array of rank 1 or 2
-      generic :: save => save_real, save_integer, save_long, save_real_1, save_real_2, save_integer_1, save_integer_2
-      procedure, private :: load_real, load_integer, load_long, load_real_1, load_real_2, load_integer_1, load_integer_2
+      generic :: save => save_text, save_real, save_integer, save_long, save_real_1, save_real_2, save_integer_1, save_integer_2
+      procedure, private :: load_text, load_real, load_integer, load_long, load_real_1, load_real_2, load_integer_1, load_integer_2
       !> load(name, value): arrays that are allocated must have the shape saved, others get it
-      generic :: load => load_real, load_integer, load_long, load_real_1, load_real_2, load_integer_1, load_integer_2
+      generic :: load => load_text, load_real, load_integer, load_long, load_real_1, load_real_2, load_integer_1, load_integer_2
    end type checkpoint_t
 
 contains
@@ -55,16 +55,17 @@ contains
       call self%file%put('/', 'nodes', fingerprint%nodes)
       call self%file%put('/', 'triangles', fingerprint%triangles)
       call self%file%put('/', 'joints', fingerprint%joints)
-      call self%file%put('/', 'deck', fingerprint%deck)
+      call self%file%put('/', 'places', fingerprint%places)
+      call self%file%put('/', 'corners', fingerprint%corners)
+      call self%file%put('/', 'groups', fingerprint%groups)
    end subroutine create
 
-   !> Open a checkpoint and check that it belongs to this mesh and deck. After an error there is nothing to close.
+   !> Open a checkpoint and check that it belongs to this mesh. After an error there is nothing to close.
    subroutine open_checkpoint(self, path, fingerprint, errors)
       class(checkpoint_t), intent(inout) :: self
       character(len=*), intent(in) :: path
       type(fingerprint_t), intent(in) :: fingerprint
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: deck
       integer :: version, before
 
       self%path = trim(path)
@@ -76,14 +77,20 @@ contains
       end if
       call self%file%open(self%path, writable=.false.)
       call self%file%get('/', 'format', version)
-      if (.not. self%file%failed() .and. version /= format_version) call errors%add(self%path// &
-                              ': written in checkpoint format '//to_text(version)//', this program reads '//to_text(format_version))
+      if (.not. self%file%failed() .and. version /= format_version) then
+         call errors%add(self%path//': written in checkpoint format '//to_text(version)//', this program reads '// &
+                         to_text(format_version))
+         call self%file%close(errors)
+         return
+      end if
       call check_count(self, 'nodes', fingerprint%nodes, errors)
       call check_count(self, 'triangles', fingerprint%triangles, errors)
       call check_count(self, 'joints', fingerprint%joints, errors)
-      call self%file%get('/', 'deck', deck)
-      if (.not. self%file%failed() .and. deck /= fingerprint%deck) call errors%add(self%path// &
-                                                                 ': written with another deck; restart with the deck.nml beside it')
+      if (errors%count() == before) then
+         call check_hash(self, 'places', fingerprint%places, 'nodes at other places', errors)
+         call check_hash(self, 'corners', fingerprint%corners, 'other corners of triangles or ends of fracture lines', errors)
+         call check_hash(self, 'groups', fingerprint%groups, 'other groups', errors)
+      end if
       if (self%file%failed() .or. errors%count() > before) call self%file%close(errors)
    end subroutine open_checkpoint
 
@@ -100,6 +107,19 @@ contains
       if (found /= expected) call errors%add(self%path//': its mesh has '//to_text(found)//' '//name// &
                                              ', the mesh of the deck has '//to_text(expected))
    end subroutine check_count
+
+   !> One hash of the fingerprint.
+   subroutine check_hash(self, name, expected, what, errors)
+      class(checkpoint_t), intent(inout) :: self
+      !> Name in the file; what the mesh has when the hash differs
+      character(len=*), intent(in) :: name, expected, what
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: found
+
+      call self%file%get('/', name, found)
+      if (self%file%failed()) return
+      if (found /= expected) call errors%add(self%path//': its mesh has '//what//' than the mesh of the deck')
+   end subroutine check_hash
 
    !> Finish: a checkpoint written without any failure replaces the old one.
    subroutine close_checkpoint(self, errors)
@@ -123,7 +143,7 @@ contains
       if (.not. has) has = self%file%has_attribute('/', name)
    end function has
 
-   !> Hash of a text by which a changed deck is noticed (a fingerprint, not a seal).
+   !> Hash of a text by which a change is noticed (a fingerprint, not a seal).
    pure function text_hash(text) result(hash)
       character(len=*), intent(in) :: text
       !> Sixteen hexadecimal digits
@@ -140,7 +160,30 @@ contains
       write (hash, '(2z8.8)') sum
    end function text_hash
 
+   !> The same of numbers, or of the bits of reals.
+   pure function numbers_hash(number) result(hash)
+      integer, intent(in) :: number(:)
+      character(len=16) :: hash
+      integer(i8), parameter :: prime(2) = [2147483647_i8, 2147483629_i8], base = 65599_i8
+      integer(i8) :: sum(2)
+      integer :: i
+
+      sum = 0_i8
+      do i = 1, size(number)
+         ! Below 2**47 times a base below 2**17: no overflow
+         sum = mod(sum*base + int(number(i), i8) + 2147483649_i8, prime)
+      end do
+      write (hash, '(2z8.8)') sum
+   end function numbers_hash
+
    ! ---- Save --------------------------------------------------------------------------------------------------------
+
+   subroutine save_text(self, name, value)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, value
+
+      call self%file%put('/', name, value)
+   end subroutine save_text
 
    subroutine save_real(self, name, value)
       class(checkpoint_t), intent(inout) :: self
@@ -199,6 +242,16 @@ contains
    end subroutine save_integer_2
 
    ! ---- Load --------------------------------------------------------------------------------------------------------
+
+   subroutine load_text(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable, intent(out) :: value
+      type(error_list_t), intent(inout) :: errors
+
+      value = ''
+      if (known(self, name, errors)) call self%file%get('/', name, value)
+   end subroutine load_text
 
    subroutine load_real(self, name, value, errors)
       class(checkpoint_t), intent(inout) :: self

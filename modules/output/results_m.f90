@@ -3,8 +3,8 @@ module results_m
    use kinds_m, only: wp, i8
    use constants_m, only: megapascal
    use errors_m, only: error_list_t
-   use files_m, only: read_text
-   use deck_m, only: deck_t, write_deck
+   use files_m, only: read_text, file_exists, real_path, relative_path
+   use deck_m, only: deck_t, write_deck, deck_path, written_by_program
    use scene_m, only: scene_t
    use state_m, only: state_t
    use solid_m, only: solid_stress
@@ -33,7 +33,7 @@ module results_m
       procedure :: close => close_results
    end type results_t
 
-   public :: results_directory
+   public :: results_directory, check_directory
 
 contains
 
@@ -52,6 +52,20 @@ contains
          directory = deck%directory//trim(deck%output%directory)
       end if
    end function results_directory
+
+   !> The effective deck must not replace a deck that somebody has written.
+   subroutine check_directory(directory, errors)
+      character(len=*), intent(in) :: directory
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: text
+      integer :: status
+
+      if (.not. file_exists(directory//'/deck.nml')) return
+      call read_text(directory//'/deck.nml', text, status)
+      if (index(text, written_by_program) == 1) return
+      call errors%add(directory//'/deck.nml is no deck that the program has written, and the results would replace it; must be '// &
+                      'another directory (--output, or directory of &output), or rename that deck')
+   end subroutine check_directory
 
    !> Create the directory and its files; with a restart, go on with those that are there.
    subroutine open_results(self, directory, scene, state, command, restarted, errors)
@@ -98,22 +112,29 @@ contains
       if (scene%can_break) call write_cracks(self%directory//'cracks.csv', scene%bonds%event, scene%deck%stage%name, errors)
    end subroutine write_crack_table
 
-   !> Write the complete deck, defaults and all, and give its text.
+   !> Write the complete deck, defaults and all, and give its text. Its paths are those from where it is, so that it can be run.
    subroutine effective_deck(path, deck, text, errors)
       character(len=*), intent(in) :: path
       type(deck_t), intent(in) :: deck
       character(len=:), allocatable, intent(out) :: text
       type(error_list_t), intent(inout) :: errors
+      type(deck_t) :: here
+      character(len=:), allocatable :: mesh, directory
       character(len=256) :: message
       integer :: unit, status
 
       text = ''
+      here = deck
+      mesh = real_path(deck_path(deck, deck%run%mesh))
+      directory = real_path(path(:index(path, '/', back=.true.)))
+      if (mesh /= '' .and. directory /= '') here%run%mesh = relative_path(mesh, directory)
+      here%output%directory = '.'
       open (newunit=unit, file=path, action='write', status='replace', iostat=status, iomsg=message)
       if (status /= 0) then
          call errors%add(path//' cannot be written: '//trim(message))
          return
       end if
-      call write_deck(deck, unit)
+      call write_deck(here, unit)
       close (unit)
       call read_text(path, text, status)
    end subroutine effective_deck

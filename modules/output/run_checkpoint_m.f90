@@ -4,7 +4,8 @@ module run_checkpoint_m
    use kinds_m, only: wp
    use errors_m, only: error_list_t
    use text_m, only: to_text
-   use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash
+   use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash, numbers_hash
+   use deck_record_m, only: deck_record, compare_records
    use bonds_m, only: bond_values, restore_bonds, event_values, restore_events, bond_value_count
    use joint_point_m, only: joint_values, joint_from_values, joint_value_count
    use recut_m, only: recut, restore_walls
@@ -34,6 +35,7 @@ contains
       type(checkpoint_t) :: file
 
       call file%create(path, fingerprint_of(scene))
+      call file%save('deck', deck_record(scene%deck, place%stage, place%cycle, has_cracks(scene)))
       call save_cracks(file, scene)
       call save_motion(file, state, place)
       call save_joints(file, state)
@@ -54,6 +56,7 @@ contains
 
       call file%open(path, fingerprint_of(scene), errors)
       if (errors%any()) return
+      call compare_decks(file, path, scene, errors)
       call load_cracks(file, path, scene, state, errors)
       if (.not. errors%any()) call load_motion(file, state, place, errors)
       if (.not. errors%any()) call load_joints(file, state, errors)
@@ -61,15 +64,58 @@ contains
       call file%close(errors)
    end subroutine load_run
 
-   !> Sizes of the mesh before any crack and deck that a checkpoint must agree with.
-   pure function fingerprint_of(scene) result(fingerprint)
+   !> The deck must agree with the one that the checkpoint was written with in all that its state depends on.
+   subroutine compare_decks(file, path, scene, errors)
+      type(checkpoint_t), intent(inout) :: file
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(in) :: scene
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: before
+      integer, allocatable :: crack(:)
+      type(place_t) :: place
+
+      call file%load('deck', before, errors)
+      call file%load('crack_edges', crack, errors)
+      call file%load('stage', place%stage, errors)
+      call file%load('cycle', place%cycle, errors)
+      if (errors%any()) return
+      if (place%stage > size(scene%deck%stage)) then
+         call errors%add(path//': was written in stage '//to_text(place%stage)//', and this deck has '// &
+                         to_text(size(scene%deck%stage))//' stages')
+         return
+      end if
+      call compare_records(path, before, deck_record(scene%deck, place%stage, place%cycle, size(crack) > 0), errors)
+   end subroutine compare_decks
+
+   !> Are there cohesive joints?
+   pure logical function has_cracks(scene)
+      type(scene_t), intent(in) :: scene
+
+      has_cracks = any(scene%cut%group == 0)
+   end function has_cracks
+
+   !> Sizes and content of the mesh before any crack, which a checkpoint must agree with.
+   function fingerprint_of(scene) result(fingerprint)
       type(scene_t), intent(in) :: scene
       type(fingerprint_t) :: fingerprint
+      character(len=:), allocatable :: names
+      integer :: i, fractures
 
-      fingerprint%nodes = size(scene%whole%x, 2)
-      fingerprint%triangles = size(scene%whole%triangle, 2)
-      fingerprint%joints = count(scene%cut%group > 0)
-      fingerprint%deck = text_hash(trim(scene%deck%run%mesh))
+      associate (mesh => scene%whole)
+         fractures = count(scene%cut%group > 0)
+         fingerprint%nodes = size(mesh%x, 2)
+         fingerprint%triangles = size(mesh%triangle, 2)
+         fingerprint%joints = fractures
+         fingerprint%places = numbers_hash([transfer(mesh%datum, [0]), transfer(mesh%x, [0])])
+         fingerprint%corners = numbers_hash([reshape(mesh%triangle, [size(mesh%triangle)]), &
+                                             reshape(scene%cut%node(:, :fractures), [2*fractures])])
+         names = ''
+         do i = 1, size(mesh%group)
+            names = names//trim(mesh%group(i)%name)//new_line('a')//to_text(mesh%group(i)%dimension)//new_line('a')
+         end do
+         fingerprint%groups = text_hash(names//numbers_hash([mesh%triangle_group, scene%cut%group(:fractures), &
+                                                             scene%split%surface_group(:count(scene%split%surface_joint == 0))]))
+      end associate
    end function fingerprint_of
 
    ! ---- Cracks ------------------------------------------------------------------------------------------------------

@@ -1,0 +1,219 @@
+!> What of a deck the state of a run depends on, as lines that can be kept in a checkpoint and compared: rock, joints, contact,
+!> gravity, the stages that are over and what was prescribed in them. How a solver works and what is written do not belong to it.
+module deck_record_m
+   use errors_m, only: error_list_t
+   use text_m, only: to_text
+   use deck_m, only: deck_t, write_deck
+   use deck_variable_m, only: path_length
+   use loads_m, only: stage_number
+   implicit none
+   private
+
+   public :: deck_record, compare_records
+
+   !> A value of the deck
+   type :: entry_t
+      !> Group with what tells it from others of its kind; variable; value as the deck has it
+      character(len=2*path_length) :: group = ''
+      character(len=64) :: variable = ''
+      character(len=path_length) :: value = ''
+   end type entry_t
+
+   character(len=*), parameter :: a_stage = '&stage '
+   character, parameter :: line_feed = new_line('a'), mark = achar(9)
+
+contains
+
+   !> The record of a deck at a place of its run: one line a value, group, variable and value separated by tabs.
+   function deck_record(deck, stage, cycle, cracked) result(text)
+      type(deck_t), intent(in) :: deck
+      !> Stage and cycle that are over (0: none yet)
+      integer, intent(in) :: stage, cycle
+      !> Are there cohesive joints?
+      logical, intent(in) :: cracked
+      character(len=:), allocatable :: text
+      type(entry_t), allocatable :: entry(:)
+      character(len=2*path_length) :: line
+      character(len=:), allocatable :: name
+      integer :: unit, status, n, is, stages
+
+      text = ''
+      allocate (entry(64))
+      open (newunit=unit, status='scratch', action='readwrite')
+      call write_deck(deck, unit)
+      rewind (unit)
+      name = ''
+      stages = 0
+      n = 0
+      do
+         read (unit, '(a)', iostat=status) line
+         if (status /= 0) exit
+         line = adjustl(line)
+         if (line(1:1) == '!' .or. line == '') cycle
+         if (line(1:1) == '&') then
+            name = trim(line(2:))
+            n = 0
+            if (name == 'stage') stages = stages + 1
+         else if (line == '/') then
+            if (n > 0) text = text//group_text(deck, name, entry(:n), stages, stage, cycle, cracked)
+         else
+            is = index(line, ' = ')
+            if (is == 0 .or. n == size(entry)) cycle
+            n = n + 1
+            entry(n)%variable = line(:is - 1)
+            entry(n)%value = line(is + 3:)
+         end if
+      end do
+      close (unit)
+   end function deck_record
+
+   !> Lines of one group; none when the state does not depend on it.
+   function group_text(deck, name, entry, number, stage, cycle, cracked) result(text)
+      type(deck_t), intent(in) :: deck
+      !> Group of the deck
+      character(len=*), intent(in) :: name
+      !> Its values
+      type(entry_t), intent(in) :: entry(:)
+      !> Number of stages so far; stage and cycle that are over
+      integer, intent(in) :: number, stage, cycle
+      logical, intent(in) :: cracked
+      character(len=:), allocatable :: text, group, variable
+      integer :: i
+
+      text = ''
+      group = '&'//name
+      select case (name)
+      case ('material', 'joint')
+         group = group//' group = '//value_of(entry, 'group')
+      case ('fracture')
+         if (.not. cracked) return
+         group = group//' group = '//value_of(entry, 'group')
+      case ('boundary', 'pore_pressure')
+         if (stage_number(deck%stage%name, unquoted(value_of(entry, 'stage'))) > stage) return
+         group = group//' group = '//value_of(entry, 'group')//', stage = '//value_of(entry, 'stage')
+      case ('contact', 'gravity')
+      case ('stage')
+         if (number > stage) return
+         group = group//' '//to_text(number)
+      case default
+         return
+      end select
+      do i = 1, size(entry)
+         variable = trim(entry(i)%variable)
+         if (name == 'stage' .and. variable /= 'name') then
+            ! Loads depend on the number of cycles of the last stage; on the rest only while it is on
+            if (number < stage) cycle
+            if (variable /= 'cycles' .and. cycle >= deck%stage(stage)%cycles) cycle
+            if (any(variable == ['equilibrium  ', 'max_rest_time'])) cycle
+         end if
+         if (name == 'fracture' .and. any(variable == ['insertion      ', 'insertion_level', 'check_every    '])) cycle
+         text = text//group//mark//variable//mark//trim(entry(i)%value)//line_feed
+      end do
+   end function group_text
+
+   !> Value of a variable in a group; '' when it has none.
+   pure function value_of(entry, variable) result(value)
+      type(entry_t), intent(in) :: entry(:)
+      character(len=*), intent(in) :: variable
+      character(len=:), allocatable :: value
+      integer :: i
+
+      value = ''
+      do i = 1, size(entry)
+         if (entry(i)%variable == variable) value = trim(entry(i)%value)
+      end do
+   end function value_of
+
+   !> A quoted text without its quotes.
+   pure function unquoted(value) result(text)
+      character(len=*), intent(in) :: value
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ''
+      i = 2
+      do while (i < len(value))
+         text = text//value(i:i)
+         ! Doubled quotes stand for one
+         if (value(i:i) == '''') i = i + 1
+         i = i + 1
+      end do
+   end function unquoted
+
+   !> Name every difference between the record of a checkpoint and that of the deck that goes on from it.
+   subroutine compare_records(path, before, now, errors)
+      !> Path of the checkpoint, for the messages
+      character(len=*), intent(in) :: path
+      character(len=*), intent(in) :: before, now
+      type(error_list_t), intent(inout) :: errors
+      type(entry_t), allocatable :: old(:), new(:)
+      integer :: i, same
+
+      call split_record(before, old)
+      call split_record(now, new)
+      do i = 1, size(old)
+         if (known(old(i), new)) cycle
+         if (.not. any(new%group == old(i)%group)) then
+            if (first_of_group(old, i)) call errors%add(path//': was written with '//trim(old(i)%group)// &
+                                                        ', which this deck does not have')
+            cycle
+         end if
+         same = findloc(new%group == old(i)%group .and. new%variable == old(i)%variable, .true., dim=1)
+         if (same == 0) then
+            ! What belongs to a stage only while it is on follows from its number of cycles
+            if (index(old(i)%group, a_stage) == 1) cycle
+            call errors%add(path//': '//trim(old(i)%group)//': '//trim(old(i)%variable)//' was '//trim(old(i)%value)// &
+                            ' when it was written, and is not given in this deck')
+         else
+            call errors%add(path//': '//trim(old(i)%group)//': '//trim(old(i)%variable)//' was '//trim(old(i)%value)// &
+                            ' when it was written, and is '//trim(new(same)%value)//' in this deck')
+         end if
+      end do
+      do i = 1, size(new)
+         if (known(new(i), old) .or. index(new(i)%group, a_stage) == 1) cycle
+         if (.not. any(old%group == new(i)%group)) then
+            if (first_of_group(new, i)) call errors%add(path//': was written without '//trim(new(i)%group)// &
+                                                        ', which this deck has')
+         else if (.not. any(old%group == new(i)%group .and. old%variable == new(i)%variable)) then
+            call errors%add(path//': '//trim(new(i)%group)//': '//trim(new(i)%variable)//' was not given when it was written,'// &
+                            ' and is '//trim(new(i)%value)//' in this deck')
+         end if
+      end do
+   end subroutine compare_records
+
+   !> Is the same value in a list?
+   pure logical function known(one, list)
+      type(entry_t), intent(in) :: one, list(:)
+
+      known = any(list%group == one%group .and. list%variable == one%variable .and. list%value == one%value)
+   end function known
+
+   !> Is no entry before this one of its group?
+   pure logical function first_of_group(list, i)
+      type(entry_t), intent(in) :: list(:)
+      integer, intent(in) :: i
+
+      first_of_group = .not. any(list(:i - 1)%group == list(i)%group)
+   end function first_of_group
+
+   !> The lines of a record.
+   pure subroutine split_record(text, list)
+      character(len=*), intent(in) :: text
+      type(entry_t), allocatable, intent(out) :: list(:)
+      integer :: i, n, start, end, first, last
+
+      n = count([(text(i:i) == line_feed, i=1, len(text))])
+      allocate (list(n))
+      start = 1
+      do i = 1, n
+         end = start + index(text(start:), line_feed) - 2
+         first = start + index(text(start:end), mark) - 1
+         last = start + index(text(start:end), mark, back=.true.) - 1
+         list(i)%group = text(start:first - 1)
+         list(i)%variable = text(first + 1:last - 1)
+         list(i)%value = text(last + 1:end)
+         start = end + 2
+      end do
+   end subroutine split_record
+
+end module deck_record_m

@@ -1,0 +1,133 @@
+"""The deck beside the results, and restarts: from that deck, and refused with every difference that matters named.
+
+Two squares with a joint (test_wrong_decks), pressed in one stage and sheared in a second.
+"""
+
+import shutil
+import subprocess
+
+import pytest
+from test_wrong_decks import MESH
+
+DECK = """
+&run mesh = '../mesh/box.msh', solver = 'implicit' /
+&material group = 'rock', density = 2700, young = 30e9, poisson = 0.27 /
+&joint group = 'fracture', law = 'coulomb', friction_angle = 30, kn_mpa_mm = 10, ks_mpa_mm = 5 /
+&contact friction_angle = 30 /
+&boundary group = 'bottom', vx = 0, vy = 0 /
+&boundary group = 'top', pressure = 5e6 /
+&stage name = 'load', move_time = 0.01, cycles = 2 /
+&output directory = 'out/first' /
+"""
+SHEAR = "&stage name = 'shear', move_time = 0.01 /\n&boundary group = 'top', stage = 'shear', tx = 1e5 /\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("mesh", "deck"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "mesh" / "box.msh").write_text(MESH)
+    (tmp_path / "deck" / "user.nml").write_text(DECK)
+    return tmp_path
+
+
+def run(femdem, folder, *arguments, status=0):
+    command = [femdem, *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == status, done.stdout + done.stderr
+    return done.stderr
+
+
+@pytest.mark.fast
+def test_the_deck_beside_the_results_can_be_checked_run_and_gone_on_from(femdem, folder):
+    run(femdem, folder, "deck/user.nml")
+    results = folder / "deck" / "out" / "first"
+    run(femdem, folder, "--check", results / "deck.nml")
+    run(femdem, results, "--check", "deck.nml")
+    history = (results / "history.csv").read_text()
+    # The whole folder may be moved
+    (folder / "elsewhere").mkdir()
+    for name in ("mesh", "deck"):
+        shutil.move(folder / name, folder / "elsewhere" / name)
+    results = folder / "elsewhere" / "deck" / "out" / "first"
+    run(femdem, results, "--restart", "checkpoint.h5", "deck.nml")
+    assert (results / "history.csv").read_text() == history
+    (results / "history.csv").unlink()
+    run(femdem, folder, results / "deck.nml")
+    assert (results / "history.csv").read_text() == history
+    assert (results / "deck.nml").read_text().count("mesh = '../../../mesh/box.msh'") == 1
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("how", ["--output", "directory"])
+def test_a_deck_of_the_user_is_not_replaced(how, femdem, folder):
+    deck = folder / "deck" / "deck.nml"
+    deck.write_text(DECK.replace("out/first", "." if how == "directory" else "out"))
+    before = deck.read_bytes()
+    options = ["--output", "."] if how == "--output" else []
+    for name in ("deck.nml", "user.nml"):
+        (folder / "deck" / "user.nml").write_bytes(before)
+        said = run(femdem, folder / "deck", *options, name, status=2)
+        assert "deck.nml is no deck that the program has written" in said
+    assert deck.read_bytes() == before
+    assert sorted(path.name for path in (folder / "deck").iterdir()) == ["deck.nml", "user.nml"]
+
+
+CHANGES = [
+    ("young = 30e9", "young = 20e9", "&material group = 'rock': young was 3e10", "is 2e10"),
+    ("ks_mpa_mm = 5", "ks_mpa_mm = 6", "&joint group = 'fracture': ks_mpa_mm was 5", "is 6"),
+    ("friction_angle = 30 /", "friction_angle = 20 /", "&contact: friction_angle was 30", "is 20"),
+    ("pressure = 5e6", "pressure = 6e6", "&boundary group = 'top', stage = 'all': pressure was", "is 6"),
+    ("name = 'load'", "name = 'press'", "&stage 1: name was 'load'", "is 'press'"),
+    ("cycles = 2", "cycles = 3", "&stage 1: cycles was 2", "is 3"),
+    ("&output", "&gravity gy = -9.81 /\n&output", "&gravity: gy was 0", "is -9.81"),
+    ("vx = 0, vy = 0", "vy = 0", "&boundary group = 'bottom', stage = 'all': vx was 0", "is not given"),
+    ("&output", "&boundary group = 'side', vx = 0 /\n&output", "was written without &boundary group = 'side'", ""),
+    ("&boundary group = 'top', pressure = 5e6 /", "", "was written with &boundary group = 'top'", ""),
+]
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(("old", "new", "group", "value"), CHANGES, ids=[change[1] for change in CHANGES])
+def test_a_restart_names_what_differs_in_the_deck(old, new, group, value, femdem, folder):
+    run(femdem, folder, "deck/user.nml")
+    assert DECK.count(old) == 1
+    (folder / "deck" / "user.nml").write_text(DECK.replace(old, new) + SHEAR)
+    checkpoint = "deck/out/first/checkpoint.h5"
+    said = run(femdem, folder, "--restart", checkpoint, "--output", "second", "deck/user.nml", status=2)
+    assert group in said
+    assert value in said
+    assert len(said.splitlines()) == 1, said
+
+
+@pytest.mark.fast
+def test_a_restart_may_add_stages_and_change_how_it_is_solved_and_written(femdem, folder):
+    run(femdem, folder, "deck/user.nml")
+    deck = DECK.replace("out/first", "out/second") + SHEAR + "&implicit tolerance = 1e-7 /\n"
+    (folder / "deck" / "user.nml").write_text(deck)
+    run(femdem, folder, "--restart", "deck/out/first/checkpoint.h5", "deck/user.nml")
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("4 1 1 0", "4 1.01 1 0", "nodes at other places"),
+        ("2 1 2 2 2 3 4\n", "2 1 2 2 2 1 2\n", "has 1 joints"),
+        ('1 4 "side"', '1 4 "Side"', "other groups"),
+        ("7 2 2 5 5 3 4 6\n8 2 2 5 5 3 6 5\n", "7 2 2 5 5 3 4 5\n8 2 2 5 5 4 6 5\n", "other corners"),
+    ],
+    ids=["moved", "joint", "group", "diagonal"],
+)
+def test_a_restart_names_what_differs_in_the_mesh(old, new, what, femdem, folder):
+    run(femdem, folder, "deck/user.nml")
+    assert MESH.count(old) == 1
+    mesh = MESH.replace(old, new)
+    if what.startswith("has"):
+        # A third square below, so that the fracture can be somewhere else: two lines in place of one
+        mesh = MESH.replace("8\n1 1 2 1", "9\n9 1 2 2 2 1 4\n1 1 2 1")
+    (folder / "mesh" / "box.msh").write_text(mesh)
+    (folder / "deck" / "user.nml").write_text(DECK + SHEAR)
+    checkpoint = "deck/out/first/checkpoint.h5"
+    said = run(femdem, folder, "--restart", checkpoint, "--output", "second", "deck/user.nml", status=2)
+    assert what in said
