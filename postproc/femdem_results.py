@@ -9,6 +9,7 @@ Numbers of nodes, triangles, joints and groups start at 0, block edges at 1. All
 """
 
 import csv
+import io
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -32,7 +33,7 @@ def _table(path):
     with path.open(newline="", encoding="utf-8") as file:
         text = file.read()
     complete = text[: text.rfind("\n") + 1]
-    rows = list(csv.reader(complete.splitlines()))
+    rows = list(csv.reader(io.StringIO(complete, newline="")))
     if not rows:
         raise ResultsError(f"{path}: the file is empty")
     names = [name.strip() for name in rows[0]]

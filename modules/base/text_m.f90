@@ -4,7 +4,7 @@ module text_m
    implicit none
    private
 
-   public :: ten_digits, to_text, exact_text, lower, nearest_word, quoted
+   public :: ten_digits, to_text, exact_text, lower, nearest_word, quoted, csv_text
 
    !> Number to trimmed text
    interface to_text
@@ -81,6 +81,23 @@ contains
       shorter = text
       if (index(text, '.') == len(text)) shorter = text(:len(text) - 1)
    end function without_point
+
+   !> A text as one field of a table of comma-separated values (RFC 4180): in quotes, its own doubled, where it has signs that
+   !> would end the field; with a semicolon too, which ends it for some spreadsheets.
+   pure function csv_text(text) result(field)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: field
+      integer :: i
+
+      field = trim(text)
+      if (scan(field, ',;"'//achar(10)//achar(13)) == 0 .and. index(field, ' ') /= 1) return
+      field = '"'
+      do i = 1, len_trim(text)
+         field = field//text(i:i)
+         if (text(i:i) == '"') field = field//'"'
+      end do
+      field = field//'"'
+   end function csv_text
 
    !> A number with ten digits, as tables have it.
    pure function ten_digits(value) result(text)

@@ -4,7 +4,7 @@ module crack_results_m
    use bonds_m, only: crack_event_t
    use errors_m, only: error_list_t
    use files_m, only: replace_file
-   use text_m, only: ten_digits, exact_text
+   use text_m, only: ten_digits, exact_text, csv_text
    implicit none
    private
 
@@ -30,7 +30,7 @@ contains
       do i = 1, size(event)
          if (status /= 0) exit
          associate (e => event(i))
-            write (unit, '(a)', iostat=status, iomsg=message) ten_digits(e%time)//','//trim(stage_name(e%stage))//','// &
+            write (unit, '(a)', iostat=status, iomsg=message) ten_digits(e%time)//','//csv_text(stage_name(e%stage))//','// &
                exact_text(e%place(1))//','//exact_text(e%place(2))//','//ten_digits(e%angle)//','//ten_digits(e%length)//','// &
                trim(mode_name(e%mode))//','//ten_digits(e%energy)
          end associate

@@ -4,7 +4,7 @@ module edge_results_m
    use files_m, only: replace_file
    use kinds_m, only: wp
    use mesh_m, only: group_t
-   use text_m, only: to_text, ten_digits
+   use text_m, only: to_text, ten_digits, csv_text
    implicit none
    private
 
@@ -74,7 +74,7 @@ contains
          'mean_shear_displacement_mm,largest_shear_displacement_mm,mean_aperture_mm,largest_aperture_mm'
       do i = 1, size(table%length)
          if (status /= 0) exit
-         write (unit, '(a)', iostat=status, iomsg=message) to_text(i)//','//group_name(group, table%group(i))//','// &
+         write (unit, '(a)', iostat=status, iomsg=message) to_text(i)//','//csv_text(group_name(group, table%group(i)))//','// &
             to_text(table%joints(i))//','//ten_digits(table%length(i))//','//ten_digits(table%mean_shear(i))//','// &
             ten_digits(table%largest_shear(i))//','//ten_digits(table%mean_aperture(i))//','//ten_digits(table%largest_aperture(i))
       end do

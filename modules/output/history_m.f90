@@ -4,7 +4,7 @@ module history_m
    use errors_m, only: error_list_t
    use files_m, only: replace_file, file_exists
    use kinds_m, only: wp
-   use text_m, only: to_text
+   use text_m, only: to_text, csv_text
    implicit none
    private
 
@@ -189,9 +189,9 @@ contains
       character(len=:), allocatable :: line
       integer :: i
 
-      line = trim(column(1))
+      line = csv_text(column(1))
       do i = 2, size(column)
-         line = line//','//trim(column(i))
+         line = line//','//csv_text(column(i))
       end do
    end function heading
 
