@@ -121,3 +121,123 @@ def test_four_formats_give_one_mesh(femdem, network):
             else:
                 np.testing.assert_array_equal(found[path], value, err_msg=path)
         np.testing.assert_allclose(found_lengths, lengths, rtol=TABLE_ROUNDING)
+
+
+def square(directory, name, **options):
+    """Two squares of one body, written by gmsh with some options."""
+    gmsh.initialize()
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        tag = gmsh.model.occ.addRectangle(0, 0, 0, 1, 2)
+        gmsh.model.occ.synchronize()
+        gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, [tag]), "rock")
+        bottom = gmsh.model.getEntitiesInBoundingBox(-0.1, -0.1, -0.1, 1.1, 0.1, 0.1, 1)[0][1]
+        gmsh.model.setPhysicalName(1, gmsh.model.addPhysicalGroup(1, [bottom]), "bottom")
+        gmsh.model.mesh.generate(2)
+        for option, value in options.items():
+            gmsh.option.setNumber(f"Mesh.{option}", value)
+        gmsh.write(str(directory / name))
+    finally:
+        gmsh.finalize()
+
+
+PLAIN = """&run mesh = 'square.msh' /
+&material group = 'rock', density = 2700, young = 30e9, poisson = 0.27 /
+&boundary group = 'bottom', vx = 0, vy = 0 /
+&stage name = 'load', move_time = 1 /
+"""
+
+
+def check(femdem, directory, status=0):
+    (directory / "deck.nml").write_text(PLAIN)
+    command = [femdem, "--check", "deck.nml"]
+    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == status, done.stdout + done.stderr
+    return done
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(("version", "binary"), FORMATS)
+def test_parametric_nodes(version, binary, femdem, tmp_path):
+    square(tmp_path, "square.msh", MshFileVersion=version, Binary=binary)
+    plain = check(femdem, tmp_path).stdout
+    square(tmp_path, "square.msh", MshFileVersion=version, Binary=binary, SaveParametric=1)
+    assert check(femdem, tmp_path).stdout == plain
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(("version", "binary"), FORMATS)
+def test_everything_saved(version, binary, femdem, tmp_path):
+    """Format 4.1 keeps the groups; 2.2 loses them, of which there is one message and no other."""
+    square(tmp_path, "square.msh", MshFileVersion=version, Binary=binary, SaveAll=1)
+    done = check(femdem, tmp_path, status=2 if version == 2.2 else 0)
+    if version == 2.2:
+        assert "(Mesh.SaveAll = 1) loses the groups in format 2.2" in done.stderr
+        assert len(done.stderr.splitlines()) == 1, done.stderr
+
+
+def shift_tags(text, by):
+    """A text file of format 4.1 with all numbers of nodes and elements raised."""
+    lines, out, section = iter(text.splitlines()), [], ""
+    for line in lines:
+        out.append(line)
+        if line.startswith("$"):
+            section = line
+        if section not in ("$Nodes", "$Elements") or not line.startswith("$"):
+            continue
+        blocks, total, least, highest = map(int, next(lines).split())
+        out.append(f"{blocks} {total} {least + by} {highest + by}")
+        for _ in range(blocks):
+            head = next(lines)
+            out.append(head)
+            count = int(head.split()[3])
+            for _ in range(count):
+                out.append(" ".join(str(int(word) + by) for word in next(lines).split()))
+            if section == "$Nodes":
+                out += [next(lines) for _ in range(count)]
+    return "\n".join([*out, ""])
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("by", [2**31 - 3, 2**40, 10**17])
+def test_numbers_of_any_size(by, femdem, tmp_path):
+    square(tmp_path, "square.msh", MshFileVersion=4.1)
+    plain = check(femdem, tmp_path).stdout
+    path = tmp_path / "square.msh"
+    path.write_text(shift_tags(path.read_text(), by))
+    assert check(femdem, tmp_path).stdout == plain
+
+
+@pytest.mark.fast
+def test_what_gmsh_passes_over(femdem, tmp_path):
+    """Comments, text between sections, and nodes that nothing uses, wherever they are."""
+    square(tmp_path, "square.msh", MshFileVersion=2.2)
+    plain = check(femdem, tmp_path).stdout
+    path = tmp_path / "square.msh"
+    text = path.read_text().replace("$EndMeshFormat\n", "$EndMeshFormat\nmade by hand\n$Comments\n3 words here\n$EndComments\n")
+    head, count, rest = text.partition("$Nodes\n")
+    number, _, rest = rest.partition("\n")
+    text = f"{head}{count}{int(number) + 1}\n777 1e3 1e3 1e3\n{rest}"
+    path.write_text("% a mesh\n$Comments\nby gmsh\n$EndComments\n" + text + "the end\n")
+    assert check(femdem, tmp_path).stdout == plain
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(("scale", "warned"), [(1e3, True), (1, False), (1e-4, True)])
+def test_lengths_that_are_hardly_metres(scale, warned, femdem, network, tmp_path):
+    text = (network / "2.2_0.msh").read_text()
+    head, start, rest = text.partition("$Nodes\n")
+    nodes, end, tail = rest.partition("$EndNodes")
+    lines = nodes.splitlines()
+    scaled = [lines[0]]
+    for line in lines[1:]:
+        number, *place = line.split()
+        scaled.append(" ".join([number, *(repr(scale * float(word)) for word in place)]))
+    (tmp_path / "network.msh").write_text(head + start + "\n".join(scaled) + "\n" + end + tail)
+    (tmp_path / "deck.nml").write_text(DECK)
+    command = [femdem, "--check", "deck.nml"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    assert ("is the mesh in metres?" in done.stderr) == warned
+    extent = [line.split() for line in done.stdout.splitlines() if line.startswith("extent")][0]
+    assert [float(extent[1]), float(extent[4])] == [2 * scale, 2 * scale]

@@ -24,6 +24,7 @@ module file_buffer_m
       procedure :: skip_to
       procedure :: get_integer
       procedure :: get_long
+      procedure :: get_tag
       procedure :: get_real
       procedure :: get_text_integer
       procedure :: at_end
@@ -154,6 +155,27 @@ contains
          self%at = self%at + integer_bytes
       end if
    end subroutine get_integer
+
+   !> Next number of a node or element, which may be any: text, or 4 or 8 bytes.
+   subroutine get_tag(self, long, value)
+      class(file_buffer_t), intent(inout) :: self
+      !> Does a binary file have 8 bytes of it?
+      logical, intent(in) :: long
+      integer(i8), intent(out) :: value
+      integer :: short
+
+      value = 0_i8
+      if (self%bad) return
+      if (.not. self%binary) then
+         call get_text_integer(self, value)
+      else if (.not. long) then
+         call self%get_integer(short)
+         value = int(short, i8)
+      else if (enough(self, long_bytes)) then
+         value = transfer(self%bytes(self%at:self%at + long_bytes - 1_i8), 0_i8)
+         self%at = self%at + long_bytes
+      end if
+   end subroutine get_tag
 
    !> Next long integer: text, or 8 bytes. It must fit a default integer, as every count and number of a mesh does.
    subroutine get_long(self, value)

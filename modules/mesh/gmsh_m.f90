@@ -3,7 +3,7 @@ module gmsh_m
    use errors_m, only: error_list_t
    use file_buffer_m, only: file_buffer_t
    use gmsh_section_m, only: entity_list_t, read_elements_2, read_elements_4, read_entities, read_names, read_nodes_2, &
-                             read_nodes_4
+                             read_parametric_nodes_2, read_nodes_4
    use gmsh_table_m, only: assemble, gmsh_table_t
    use mesh_m, only: mesh_t
    use text_m, only: quoted
@@ -43,7 +43,7 @@ contains
       if (errors%count() > before) return
       call read_sections(buffer, path, version, table, errors)
       if (errors%count() > before) return
-      call assemble(table, path, mesh, errors)
+      call assemble(table, path, version == format_2, mesh, errors)
    end subroutine read_gmsh
 
    !> $MeshFormat: the version, text or binary, and the order of bytes.
@@ -53,12 +53,12 @@ contains
       !> '2.2' or '4.1'
       character(len=:), allocatable, intent(out) :: version
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: word, binary, real_size
+      character(len=:), allocatable :: binary, real_size
       integer :: one
 
-      call buffer%get_word(word)
-      if (word /= '$MeshFormat') then
-         call errors%add(path//': not a gmsh mesh (it does not begin with $MeshFormat)')
+      call skip_to_header(buffer)
+      if (buffer%bad) then
+         call errors%add(path//': not a gmsh mesh (there is no $MeshFormat)')
          return
       end if
       call buffer%get_word(version)
@@ -87,6 +87,23 @@ contains
       call end_of_section(buffer, path, 'MeshFormat', errors)
    end subroutine read_header
 
+   !> Go behind $MeshFormat. Lines before it, and comments, are passed over as gmsh does.
+   subroutine skip_to_header(buffer)
+      type(file_buffer_t), intent(inout) :: buffer
+      character(len=:), allocatable :: word
+
+      do while (.not. buffer%at_end() .and. .not. buffer%bad)
+         call buffer%get_word(word)
+         if (word == '$MeshFormat') return
+         if (word(1:1) == '$') then
+            call buffer%skip_to('$End'//word(2:))
+         else
+            call buffer%skip_line()
+         end if
+      end do
+      buffer%bad = .true.
+   end subroutine skip_to_header
+
    !> All sections behind the header; those that say nothing of the mesh are passed over.
    subroutine read_sections(buffer, path, version, table, errors)
       type(file_buffer_t), intent(inout) :: buffer
@@ -102,10 +119,10 @@ contains
       before = errors%count()
       do while (.not. buffer%at_end() .and. errors%count() == before)
          call buffer%get_word(word)
+         ! gmsh passes over lines between sections
          if (word(1:1) /= '$') then
-            call errors%add(path//': a section ($...) is expected at '//buffer%place()//', but found '// &
-                            quoted(word(:min(longest_word, len(word)))))
-            return
+            call buffer%skip_line()
+            cycle
          end if
          ! The binary numbers begin right behind the line end
          if (buffer%binary) call buffer%skip_line()
@@ -114,6 +131,8 @@ contains
             call read_names(buffer, table)
          case ('$Nodes '//format_2)
             call read_nodes_2(buffer, table)
+         case ('$ParametricNodes '//format_2)
+            call read_parametric_nodes_2(buffer, table)
          case ('$Elements '//format_2)
             call read_elements_2(buffer, table)
          case ('$Entities '//format_4)

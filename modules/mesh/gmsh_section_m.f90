@@ -7,7 +7,7 @@ module gmsh_section_m
    implicit none
    private
 
-   public :: read_names, read_nodes_2, read_elements_2, read_entities, read_nodes_4, read_elements_4
+   public :: read_names, read_nodes_2, read_parametric_nodes_2, read_elements_2, read_entities, read_nodes_4, read_elements_4
 
    !> Physical groups of the geometrical entities of one dimension (format 4.1)
    type, public :: entity_list_t
@@ -51,6 +51,23 @@ contains
    subroutine read_nodes_2(buffer, table)
       type(file_buffer_t), intent(inout) :: buffer
       type(gmsh_table_t), intent(inout) :: table
+
+      call read_nodes(buffer, .false., table)
+   end subroutine read_nodes_2
+
+   !> $ParametricNodes of format 2.2: the same with where each is on its entity.
+   subroutine read_parametric_nodes_2(buffer, table)
+      type(file_buffer_t), intent(inout) :: buffer
+      type(gmsh_table_t), intent(inout) :: table
+
+      call read_nodes(buffer, .true., table)
+   end subroutine read_parametric_nodes_2
+
+   !> Nodes of format 2.2.
+   subroutine read_nodes(buffer, is_parametric, table)
+      type(file_buffer_t), intent(inout) :: buffer
+      logical, intent(in) :: is_parametric
+      type(gmsh_table_t), intent(inout) :: table
       integer(i8) :: nodes
       integer :: i, j
 
@@ -59,13 +76,24 @@ contains
       if (buffer%bad) return
       if (buffer%binary) call buffer%skip_line()
       do i = 1, size(table%node_number)
-         call buffer%get_integer(table%node_number(i))
+         call buffer%get_tag(.false., table%node_number(i))
          do j = 1, 3
             call buffer%get_real(table%x(j, i))
          end do
          if (buffer%bad) return
+         if (is_parametric) call skip_parameters(buffer)
       end do
-   end subroutine read_nodes_2
+   end subroutine read_nodes
+
+   !> Entity of a node, by dimension and number, and its one or two coordinates there.
+   subroutine skip_parameters(buffer)
+      type(file_buffer_t), intent(inout) :: buffer
+      integer :: dimension, entity
+
+      call buffer%get_integer(dimension)
+      call buffer%get_integer(entity)
+      if (dimension == 1 .or. dimension == 2) call skip_reals(buffer, dimension)
+   end subroutine skip_parameters
 
    !> A number of nodes that the file has bytes for. A second $Nodes section is bad.
    subroutine make_room_for_nodes(buffer, table, nodes)
@@ -82,8 +110,8 @@ contains
    subroutine read_elements_2(buffer, table)
       type(file_buffer_t), intent(inout) :: buffer
       type(gmsh_table_t), intent(inout) :: table
-      integer(i8) :: elements, done
-      integer :: number, gmsh_type, tags, block_size, i
+      integer(i8) :: elements, done, number
+      integer :: gmsh_type, tags, block_size, i
 
       call buffer%get_text_integer(elements)
       if (buffer%binary) call buffer%skip_line()
@@ -95,13 +123,13 @@ contains
             call buffer%get_integer(tags)
          else
             block_size = 1
-            call buffer%get_integer(number)
+            call buffer%get_tag(.false., number)
             call buffer%get_integer(gmsh_type)
             call buffer%get_integer(tags)
          end if
          buffer%bad = buffer%bad .or. block_size < 1
          do i = 1, block_size
-            if (buffer%binary) call buffer%get_integer(number)
+            if (buffer%binary) call buffer%get_tag(.false., number)
             call read_element_2(buffer, table, number, gmsh_type, tags)
             if (buffer%bad) return
          end do
@@ -113,9 +141,11 @@ contains
    subroutine read_element_2(buffer, table, number, gmsh_type, tags)
       type(file_buffer_t), intent(inout) :: buffer
       type(gmsh_table_t), intent(inout) :: table
-      !> Number and type of the element, number of its tags
-      integer, intent(in) :: number, gmsh_type, tags
-      integer :: tag(most_tags), node(most_nodes), nodes, i
+      !> Number of the element; its type, number of its tags
+      integer(i8), intent(in) :: number
+      integer, intent(in) :: gmsh_type, tags
+      integer(i8) :: node(most_nodes)
+      integer :: tag(most_tags), nodes, i
 
       nodes = node_count(gmsh_type)
       buffer%bad = buffer%bad .or. tags < 0 .or. tags > most_tags .or. nodes == 0
@@ -125,7 +155,7 @@ contains
          call buffer%get_integer(tag(i))
       end do
       do i = 1, nodes
-         call buffer%get_integer(node(i))
+         call buffer%get_tag(.false., node(i))
       end do
       if (.not. buffer%bad) call add_element(table, gmsh_type, number, tag(1), node(:min(nodes, 3)))
    end subroutine read_element_2
@@ -211,13 +241,14 @@ contains
    subroutine read_nodes_4(buffer, table)
       type(file_buffer_t), intent(inout) :: buffer
       type(gmsh_table_t), intent(inout) :: table
-      integer :: blocks, nodes, least, highest, b, i, j, done, dimension, entity, parametric, block_nodes
+      integer(i8) :: least, highest
+      integer :: blocks, nodes, b, i, j, done, dimension, entity, parametric, block_nodes
       real(kind(table%x)) :: parameter_value
 
       call buffer%get_long(blocks)
       call buffer%get_long(nodes)
-      call buffer%get_long(least)
-      call buffer%get_long(highest)
+      call buffer%get_tag(.true., least)
+      call buffer%get_tag(.true., highest)
       call make_room_for_nodes(buffer, table, int(nodes, i8))
       done = 0
       do b = 1, blocks
@@ -228,7 +259,7 @@ contains
          buffer%bad = buffer%bad .or. block_nodes < 0 .or. block_nodes > nodes - done
          if (buffer%bad) return
          do i = done + 1, done + block_nodes
-            call buffer%get_long(table%node_number(i))
+            call buffer%get_tag(.true., table%node_number(i))
          end do
          do i = done + 1, done + block_nodes
             do j = 1, 3
@@ -250,14 +281,14 @@ contains
       type(file_buffer_t), intent(inout) :: buffer
       type(gmsh_table_t), intent(inout) :: table
       type(entity_list_t), intent(in) :: entities(0:)
-      integer :: blocks, elements, least, highest, b, i, j, dimension, entity, gmsh_type, block_elements, nodes, number
-      integer :: node(most_nodes), at(0:volume)
+      integer(i8) :: least, highest, number, node(most_nodes)
+      integer :: blocks, elements, b, i, j, dimension, entity, gmsh_type, block_elements, nodes, at(0:volume)
       integer, allocatable :: group(:)
 
       call buffer%get_long(blocks)
       call buffer%get_long(elements)
-      call buffer%get_long(least)
-      call buffer%get_long(highest)
+      call buffer%get_tag(.true., least)
+      call buffer%get_tag(.true., highest)
       at = 1
       do b = 1, blocks
          call buffer%get_integer(dimension)
@@ -269,9 +300,9 @@ contains
          if (buffer%bad) return
          call groups_of_entity(entities(dimension), entity, at(dimension), group)
          do i = 1, block_elements
-            call buffer%get_long(number)
+            call buffer%get_tag(.true., number)
             do j = 1, nodes
-               call buffer%get_long(node(j))
+               call buffer%get_tag(.true., node(j))
             end do
             if (buffer%bad) return
             do j = 1, size(group)

@@ -21,11 +21,12 @@ module gmsh_table_m
    !> What a file holds, by its own numbers
    type, public :: gmsh_table_t
       !> Number of each node in the file (nodes), its coordinates (3, nodes) [m]
-      integer, allocatable :: node_number(:)
+      integer(i8), allocatable :: node_number(:)
       real(wp), allocatable :: x(:, :)
-      !> Elements so far; gmsh type, number in the file, physical group (elements), node numbers (3, elements)
+      !> Elements so far; gmsh type and physical group (elements), number in the file (elements), node numbers (3, elements)
       integer :: elements = 0
-      integer, allocatable :: element_type(:), element_number(:), element_group(:), element_node(:, :)
+      integer, allocatable :: element_type(:), element_group(:)
+      integer(i8), allocatable :: element_number(:), element_node(:, :)
       !> Elements of other types, by type
       integer :: unsupported(highest_type) = 0
       !> Named physical groups
@@ -34,9 +35,10 @@ module gmsh_table_m
 
    !> Room for elements to begin with
    integer, parameter :: least_room = 1024
-   !> Numbers of nodes may leave gaps: the table from number to node is at most this many times as long as the nodes,
-   !> or this long
-   integer(i8), parameter :: longest_gaps = 64_i8, table_always_allowed = 10000000_i8
+   !> Numbers of nodes may leave gaps of any length: they are found through a table this many times as long as the nodes, in
+   !> which a number's place comes from its product with a large odd number
+   integer, parameter :: table_per_node = 2
+   integer(i8), parameter :: spread_by = 2654435761_i8
    !> Nodes further than this part of the mesh's size from one plane z = constant are out of plane
    real(wp), parameter :: plane_tolerance = 1.0e-9_wp
    !> A mesh this many times its size away from the origin has a datum taken off its coordinates
@@ -49,10 +51,12 @@ contains
    !> Add an element of a physical group to the table, or count it when its type is not one read here.
    subroutine add_element(table, gmsh_type, number, group, node)
       type(gmsh_table_t), intent(inout) :: table
-      !> Element type and number in the file, physical group
-      integer, intent(in) :: gmsh_type, number, group
+      !> Element type, number in the file, physical group
+      integer, intent(in) :: gmsh_type
+      integer(i8), intent(in) :: number
+      integer, intent(in) :: group
       !> Node numbers in the file
-      integer, intent(in) :: node(:)
+      integer(i8), intent(in) :: node(:)
       integer :: n
 
       if (nodes_of_read_type(gmsh_type) == 0) then
@@ -69,7 +73,7 @@ contains
       table%element_number(n) = number
       ! gmsh writes a group negative where its geometry runs against the group's direction
       table%element_group(n) = abs(group)
-      table%element_node(:, n) = 0
+      table%element_node(:, n) = 0_i8
       table%element_node(:size(node), n) = node
    end subroutine add_element
 
@@ -77,11 +81,13 @@ contains
    subroutine make_room(table, room)
       type(gmsh_table_t), intent(inout) :: table
       integer, intent(in) :: room
-      integer, allocatable :: node(:, :)
+      integer(i8), allocatable :: node(:, :), number(:)
 
       call lengthen(table%element_type, room)
-      call lengthen(table%element_number, room)
       call lengthen(table%element_group, room)
+      allocate (number(room))
+      if (allocated(table%element_number)) number(:table%elements) = table%element_number
+      call move_alloc(number, table%element_number)
       allocate (node(3, room))
       if (allocated(table%element_node)) node(:, :table%elements) = table%element_node
       call move_alloc(node, table%element_node)
@@ -126,13 +132,15 @@ contains
 
    !> Build the mesh from the file's tables: nodes renumbered without gaps and without those that no element of the mesh
    !> uses, in the file's order; triangles turned anticlockwise; lines and points only where they are in a group.
-   subroutine assemble(table, path, mesh, errors)
+   subroutine assemble(table, path, format_loses_groups, mesh, errors)
       type(gmsh_table_t), intent(inout) :: table
       !> Mesh file, for messages
       character(len=*), intent(in) :: path
+      !> Does the format of the file lose the groups where everything is saved?
+      logical, intent(in) :: format_loses_groups
       type(mesh_t), intent(inout) :: mesh
       type(error_list_t), intent(inout) :: errors
-      integer, allocatable :: node_of_number(:)
+      integer, allocatable :: mesh_node(:)
       logical, allocatable :: used(:)
       integer :: before
 
@@ -143,16 +151,16 @@ contains
       if (table%elements == 0) call errors%add(path//': there are no triangles, lines or points')
       if (errors%count() > before) return
       if (.not. allocated(table%group)) allocate (table%group(0))
-      call map_nodes(table, path, node_of_number, errors)
+      call map_nodes(table, path, errors)
       if (errors%count() > before) return
-      call check_nodes(table, path, node_of_number, errors)
+      if (format_loses_groups) call check_groups_lost(table, path, errors)
       if (errors%count() > before) return
-      used = used_nodes(table, node_of_number)
+      used = used_nodes(table)
       call check_plane(table, path, used, errors)
       if (errors%count() > before) return
-      call number_nodes(table, used, node_of_number, mesh)
+      call number_nodes(table, used, mesh_node, mesh)
       call take_off_datum(mesh)
-      call sort_out(table, node_of_number, mesh)
+      call sort_out(table, mesh_node, mesh)
       call turn_anticlockwise(mesh)
    end subroutine assemble
 
@@ -193,61 +201,58 @@ contains
       end select
    end function type_name
 
-   !> Table from a node's number in the file to its place there (0: there is no such node).
-   subroutine map_nodes(table, path, node_of_number, errors)
-      type(gmsh_table_t), intent(in) :: table
+   !> Replace the numbers of nodes in the elements by the places of the nodes in the file.
+   subroutine map_nodes(table, path, errors)
+      type(gmsh_table_t), intent(inout) :: table
       character(len=*), intent(in) :: path
-      integer, allocatable, intent(out) :: node_of_number(:)
       type(error_list_t), intent(inout) :: errors
-      integer :: i, number, highest
+      integer, allocatable :: node(:)
+      integer :: i, j, at
 
-      highest = maxval(table%node_number)
-      if (minval(table%node_number) < 1) then
+      if (minval(table%node_number) < 1_i8) then
          call errors%add(path//': node number '//to_text(minval(table%node_number))//'; numbers must be positive')
          return
-      else if (int(highest, i8) > max(longest_gaps*size(table%node_number, kind=i8), table_always_allowed)) then
-         call errors%add(path//': '//to_text(size(table%node_number))//' nodes are numbered up to '//to_text(highest) &
-                         //'; renumber the mesh in gmsh')
-         return
       end if
-      allocate (node_of_number(highest))
-      node_of_number = 0
+      allocate (node(0:table_per_node*size(table%node_number)), source=0)
       do i = 1, size(table%node_number)
-         number = table%node_number(i)
-         if (node_of_number(number) /= 0) then
-            call errors%add(path//': node number '//to_text(number)//' is given twice')
+         at = place_in(node, table%node_number, table%node_number(i))
+         if (node(at) /= 0) then
+            call errors%add(path//': node number '//to_text(table%node_number(i))//' is given twice')
             return
          end if
-         node_of_number(number) = i
+         node(at) = i
+      end do
+      do i = 1, table%elements
+         do j = 1, nodes_of_read_type(table%element_type(i))
+            at = place_in(node, table%node_number, table%element_node(j, i))
+            if (node(at) == 0) then
+               call errors%add(path//': element '//to_text(table%element_number(i))//' has node '// &
+                               to_text(table%element_node(j, i))//', which is not in the file')
+               return
+            end if
+            table%element_node(j, i) = int(node(at), i8)
+         end do
       end do
    end subroutine map_nodes
 
-   !> Every element must name nodes that there are.
-   subroutine check_nodes(table, path, node_of_number, errors)
-      type(gmsh_table_t), intent(in) :: table
-      character(len=*), intent(in) :: path
-      integer, intent(in) :: node_of_number(:)
-      type(error_list_t), intent(inout) :: errors
-      integer :: i, j, number
+   !> Place of a number in the table of nodes, an empty one when it is not there.
+   pure integer function place_in(node, number, wanted) result(at)
+      !> Table: node or 0 (0:)
+      integer, intent(in) :: node(0:)
+      !> Number of each node, and the one looked for
+      integer(i8), intent(in) :: number(:), wanted
 
-      do i = 1, table%elements
-         do j = 1, nodes_of_read_type(table%element_type(i))
-            number = table%element_node(j, i)
-            if (number >= 1 .and. number <= size(node_of_number)) then
-               if (node_of_number(number) > 0) cycle
-            end if
-            call errors%add(path//': element '//to_text(table%element_number(i))//' has node '//to_text(number)// &
-                            ', which is not in the file')
-            return
-         end do
+      at = int(modulo(modulo(wanted, 2147483647_i8)*spread_by, size(node, kind=i8)))
+      do while (node(at) /= 0)
+         if (number(node(at)) == wanted) return
+         at = at + 1
+         if (at == size(node)) at = 0
       end do
-   end subroutine check_nodes
+   end function place_in
 
    !> Which nodes of the file the mesh uses (nodes of the file).
-   pure function used_nodes(table, node_of_number) result(used)
+   pure function used_nodes(table) result(used)
       type(gmsh_table_t), intent(in) :: table
-      !> Place in the file by number
-      integer, intent(in) :: node_of_number(:)
       logical :: used(size(table%node_number))
       integer :: i, j
 
@@ -255,10 +260,22 @@ contains
       do i = 1, table%elements
          if (.not. belongs(table, i)) cycle
          do j = 1, nodes_of_read_type(table%element_type(i))
-            used(node_of_number(table%element_node(j, i))) = .true.
+            used(table%element_node(j, i)) = .true.
          end do
       end do
    end function used_nodes
+
+   !> gmsh drops the groups from a file of format 2.2 when it saves all elements, and keeps their names.
+   subroutine check_groups_lost(table, path, errors)
+      type(gmsh_table_t), intent(in) :: table
+      character(len=*), intent(in) :: path
+      type(error_list_t), intent(inout) :: errors
+
+      if (size(table%group) == 0 .or. any(table%element_group(:table%elements) /= no_group)) return
+      call errors%add(path//': the file names '//to_text(size(table%group))//' physical groups, and nothing is in them: '// &
+                      '''Save all elements'' (Mesh.SaveAll = 1) loses the groups in format 2.2; save without it, '// &
+                      'or in format 4.1')
+   end subroutine check_groups_lost
 
    !> The mesh must be of this world and lie in one plane z = constant.
    subroutine check_plane(table, path, used, errors)
@@ -303,14 +320,13 @@ contains
    end subroutine take_off_datum
 
    !> Number the nodes that the mesh uses, in the file's order.
-   subroutine number_nodes(table, used, node_of_number, mesh)
+   subroutine number_nodes(table, used, mesh_node, mesh)
       type(gmsh_table_t), intent(in) :: table
       !> Does the mesh use the node? (nodes of the file)
       logical, intent(in) :: used(:)
-      !> Place in the file by number; on return number in the mesh by number in the file
-      integer, intent(inout) :: node_of_number(:)
+      !> Number in the mesh (nodes of the file; 0: none)
+      integer, allocatable, intent(out) :: mesh_node(:)
       type(mesh_t), intent(inout) :: mesh
-      integer, allocatable :: mesh_node(:)
       integer :: i, nodes
 
       allocate (mesh_node(size(used)), source=0)
@@ -321,9 +337,6 @@ contains
          nodes = nodes + 1
          mesh_node(i) = nodes
          mesh%x(:, nodes) = table%x(1:2, i)
-      end do
-      do i = 1, size(node_of_number)
-         if (node_of_number(i) > 0) node_of_number(i) = mesh_node(node_of_number(i))
       end do
    end subroutine number_nodes
 
@@ -337,10 +350,10 @@ contains
    end function belongs
 
    !> Sort the elements into triangles, lines and points, and find their groups.
-   subroutine sort_out(table, node_of_number, mesh)
+   subroutine sort_out(table, mesh_node, mesh)
       type(gmsh_table_t), intent(inout) :: table
-      !> Number in the mesh by number in the file
-      integer, intent(in) :: node_of_number(:)
+      !> Number in the mesh (nodes of the file)
+      integer, intent(in) :: mesh_node(:)
       type(mesh_t), intent(inout) :: mesh
       integer :: i, triangles, lines, points
 
@@ -360,15 +373,15 @@ contains
             select case (table%element_type(i))
             case (gmsh_triangle)
                triangles = triangles + 1
-               mesh%triangle(:, triangles) = node_of_number(node)
+               mesh%triangle(:, triangles) = mesh_node(node)
                call find_or_add(table, surface_dimension, tag, mesh%triangle_group(triangles))
             case (gmsh_line)
                lines = lines + 1
-               mesh%line(:, lines) = node_of_number(node(:2))
+               mesh%line(:, lines) = mesh_node(node(:2))
                call find_or_add(table, line_dimension, tag, mesh%line_group(lines))
             case (gmsh_point)
                points = points + 1
-               mesh%point(points) = node_of_number(node(1))
+               mesh%point(points) = mesh_node(node(1))
                call find_or_add(table, point_dimension, tag, mesh%point_group(points))
             end select
          end associate

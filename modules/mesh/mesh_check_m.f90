@@ -89,9 +89,14 @@ contains
       type(error_list_t), intent(inout) :: errors
       real(wp) :: longest_squared
       integer :: i, flat, homeless
+      logical :: all_homeless
 
       flat = 0
       homeless = 0
+      ! One fault, not one for each triangle
+      all_homeless = size(mesh%triangle_group) > 1 .and. all(mesh%triangle_group == 0)
+      if (all_homeless) call errors%add('mesh: none of the '//to_text(size(mesh%triangle_group))//' triangles is in a physical '// &
+                                        'surface; put every surface of the rock into a physical group')
       do i = 1, size(mesh%triangle, 2)
          associate (a => mesh%x(:, mesh%triangle(1, i)), b => mesh%x(:, mesh%triangle(2, i)), &
                     c => mesh%x(:, mesh%triangle(3, i)))
@@ -100,7 +105,7 @@ contains
                call add_capped(errors, flat, 'mesh: '//triangle_text(mesh, i)//' has no area')
             end if
          end associate
-         if (mesh%triangle_group(i) == 0) then
+         if (mesh%triangle_group(i) == 0 .and. .not. all_homeless) then
             call add_capped(errors, homeless, 'mesh: '//triangle_text(mesh, i)//' is not in a physical surface')
          end if
       end do

@@ -4,7 +4,8 @@ module plan_m
    use log_m, only: log_t
    use scene_m, only: scene_t
    use solver_choice_m, only: solver_name, solver_explicit, solver_implicit
-   use mesh_m, only: mesh_t
+   use mesh_m, only: mesh_t, place_text
+   use kinds_m, only: wp
    implicit none
    private
 
@@ -23,6 +24,7 @@ contains
                    ' triangles; after splitting '//to_text(size(scene%split%x, 2))//' nodes, '// &
                    to_text(size(scene%split%joint, 2))//' joint elements on '// &
                    to_text(size(scene%topology%edge_length))//' block edges')
+      call say_extent(scene, mesh, log)
       call log%say('solver    '//solver_name(scene%solver)//': '//scene%solver_reason)
       call say_rock(scene, log)
       call say_contact(scene, log)
@@ -30,6 +32,25 @@ contains
       if (scene%solver /= solver_explicit) call say_rest(scene, log)
       call say_checks(scene, log)
    end subroutine say_plan
+
+   !> How large the model is. A mesh drawn in millimetres, or a map in kilometres, shows in the block edges first.
+   subroutine say_extent(scene, mesh, log)
+      type(scene_t), intent(in) :: scene
+      type(mesh_t), intent(in) :: mesh
+      type(log_t), intent(in) :: log
+      !> Block edges that are meant are mostly between these lengths [m]
+      real(wp), parameter :: shortest = 1.0e-3_wp, longest = 100.0_wp
+
+      call log%say('extent    '//to_text(maxval(mesh%x(1, :)) - minval(mesh%x(1, :)))//' m by '// &
+                   to_text(maxval(mesh%x(2, :)) - minval(mesh%x(2, :)))//' m, from '// &
+                   place_text(minval(mesh%x, dim=2), mesh%datum))
+      associate (length => scene%topology%edge_length)
+         if (size(length) == 0) return
+         if (maxval(length) > longest .or. minval(length) < shortest) &
+            call log%warn('block edges are '//to_text(minval(length))//' to '//to_text(maxval(length))//' m long: is the mesh '// &
+                          'in metres?')
+      end associate
+   end subroutine say_extent
 
    !> Whether and where the rock can break, and what that saves.
    subroutine say_rock(scene, log)
