@@ -34,10 +34,11 @@ contains
       character(len=:), allocatable :: text
       type(entry_t), allocatable :: entry(:)
       character(len=2*path_length) :: line
-      character(len=:), allocatable :: name
-      integer :: unit, status, n, is, stages
+      character(len=:), allocatable :: name, buffer
+      integer :: unit, status, n, is, stages, used
 
-      text = ''
+      allocate (character(len=4096) :: buffer)
+      used = 0
       allocate (entry(64))
       open (newunit=unit, status='scratch', action='readwrite')
       call write_deck(deck, unit)
@@ -55,7 +56,7 @@ contains
             n = 0
             if (name == 'stage') stages = stages + 1
          else if (line == '/') then
-            if (n > 0) text = text//group_text(deck, name, entry(:n), stages, stage, cycle, cracked)
+            if (n > 0) call append(buffer, used, group_text(deck, name, entry(:n), stages, stage, cycle, cracked))
          else
             is = index(line, ' = ')
             if (is == 0 .or. n == size(entry)) cycle
@@ -65,7 +66,25 @@ contains
          end if
       end do
       close (unit)
+      text = buffer(:used)
    end function deck_record
+
+   !> Add to a text whose room grows as it is needed.
+   pure subroutine append(buffer, used, more)
+      character(len=:), allocatable, intent(inout) :: buffer
+      !> Letters in use
+      integer, intent(inout) :: used
+      character(len=*), intent(in) :: more
+      character(len=:), allocatable :: longer
+
+      if (used + len(more) > len(buffer)) then
+         allocate (character(len=2*(used + len(more))) :: longer)
+         longer(:used) = buffer(:used)
+         call move_alloc(longer, buffer)
+      end if
+      buffer(used + 1:used + len(more)) = more
+      used = used + len(more)
+   end subroutine append
 
    !> Lines of one group; none when the state does not depend on it.
    function group_text(deck, name, entry, number, stage, cycle, cracked) result(text)
