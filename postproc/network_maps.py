@@ -1,6 +1,7 @@
 """Maps of fracture networks side by side, with common colours: the part that several scripts share."""
 
 import csv
+import io
 from dataclasses import dataclass
 
 import figure_style as style
@@ -115,7 +116,10 @@ def read_cracks(run, time=np.inf):
     if not path.is_file() or not can_break(run):
         return Cracks(np.zeros((0, 2, 2)), np.array([]))
     with path.open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if float(row["time_s"]) <= time * (1 + 1e-9)]
+        text = file.read()
+    # A row that is being written is left out
+    complete = io.StringIO(text[: text.rfind("\n") + 1], newline="")
+    rows = [row for row in csv.DictReader(complete) if float(row["time_s"]) <= time * (1 + 1e-9)]
     centre = np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows]).reshape(-1, 2)
     angle = np.radians([float(row["angle_deg"]) for row in rows])
     half = 0.5 * np.array([float(row["length_m"]) for row in rows])

@@ -9,7 +9,7 @@ module fields_m
    use mesh_m, only: split_mesh_t
    use provenance_m, only: provenance_t
    use text_m, only: quoted
-   use xdmf_m, only: snapshot_t, write_xdmf
+   use xdmf_m, only: snapshot_t, write_xdmf, append_xdmf
    implicit none
    private
 
@@ -28,9 +28,9 @@ module fields_m
       integer :: meshes = 0
       !> Numbers of nodes, triangles, joints
       integer :: entities(3) = 0
-      !> Fields of the mesh that do not change with time, and what has been written so far
+      !> Fields of the mesh that do not change with time; how many snapshots have been written
       type(snapshot_t) :: constant
-      type(snapshot_t), allocatable :: snapshot(:)
+      integer :: snapshots = 0
    contains
       procedure :: init
       procedure :: resume
@@ -80,6 +80,7 @@ contains
       character(len=h5_name_length), allocatable :: name(:)
       type(h5_file_t) :: file
       type(snapshot_t) :: found
+      type(snapshot_t), allocatable :: kept(:)
       integer :: i, before
 
       before = errors%count()
@@ -90,6 +91,7 @@ contains
       end if
       call file%open(self%path, writable=.true.)
       call file%members('/', name)
+      allocate (kept(size(name)))
       do i = 1, size(name)
          if (index(name(i), step_prefix) /= 1) cycle
          call read_snapshot(file, '/'//trim(name(i)), found)
@@ -97,20 +99,21 @@ contains
          if (found%time > time) then
             call file%remove('/'//trim(name(i)))
          else
-            call append(self, found)
+            self%snapshots = self%snapshots + 1
+            kept(self%snapshots) = found
          end if
       end do
       do i = 1, size(name)
          if (index(name(i), mesh_prefix) /= 1) cycle
-         if (is_needed(self, '/'//trim(name(i)))) then
+         if (is_needed('/'//trim(name(i)))) then
             self%meshes = self%meshes + 1
          else
             call file%remove('/'//trim(name(i)))
          end if
       end do
       if (allocated(self%mesh_group)) deallocate (self%mesh_group)
-      if (snapshots(self) > 0) then
-         associate (last => self%snapshot(size(self%snapshot)))
+      if (self%snapshots > 0) then
+         associate (last => kept(self%snapshots))
             self%mesh_group = last%mesh
             self%entities = last%entities
          end associate
@@ -118,18 +121,22 @@ contains
          call read_fields(file, self%mesh_group, self%constant)
       end if
       call file%close(errors)
-      if (errors%count() > before .or. allocated(self%mesh_group)) return
+      if (errors%count() > before) return
+      if (self%snapshots > 0) call write_xdmf(self%xdmf_path, 'fields.h5', kept(:self%snapshots), errors)
+      if (allocated(self%mesh_group)) return
       call self%set_mesh(mesh, block_edge, constant, errors)
+
+   contains
+
+      !> Is a mesh not later than that of the last snapshot? (Names are in the order of time.)
+      pure logical function is_needed(mesh_group)
+         character(len=*), intent(in) :: mesh_group
+
+         is_needed = .false.
+         if (self%snapshots > 0) is_needed = lle(mesh_group, kept(self%snapshots)%mesh)
+      end function is_needed
+
    end subroutine resume
-
-   !> Is a mesh not later than that of the last snapshot? (Names are in the order of time.)
-   pure logical function is_needed(self, mesh_group)
-      type(fields_t), intent(in) :: self
-      character(len=*), intent(in) :: mesh_group
-
-      is_needed = .false.
-      if (snapshots(self) > 0) is_needed = lle(mesh_group, self%snapshot(size(self%snapshot))%mesh)
-   end function is_needed
 
    !> Joint elements of the mesh in use. Meshes only ever grow (a crack adds nodes and joints): where the run has as many, it
    !> is on the same mesh.
@@ -187,7 +194,7 @@ contains
       before = errors%count()
       call list%check(self%entities, errors)
       if (errors%count() > before) return
-      write (number, '(i6.6)') snapshots(self) + 1
+      write (number, '(i6.6)') self%snapshots + 1
       new%path = '/'//step_prefix//trim(number)
       new%time = time
 
@@ -201,8 +208,12 @@ contains
       call write_list(file, new%path, list, new)
       call file%close(errors)
       if (errors%count() > before) return
-      call append(self, new)
-      call write_xdmf(self%xdmf_path, 'fields.h5', self%snapshot, errors)
+      self%snapshots = self%snapshots + 1
+      if (self%snapshots == 1) then
+         call write_xdmf(self%xdmf_path, 'fields.h5', [new], errors)
+      else
+         call append_xdmf(self%xdmf_path, 'fields.h5', new, errors)
+      end if
    end subroutine write_snapshot
 
    subroutine set_paths(self, directory)
@@ -212,28 +223,8 @@ contains
       self%path = trim(directory)//'/fields.h5'
       self%xdmf_path = trim(directory)//'/fields.xdmf'
       self%meshes = 0
-      if (allocated(self%snapshot)) deallocate (self%snapshot)
+      self%snapshots = 0
    end subroutine set_paths
-
-   pure integer function snapshots(self)
-      type(fields_t), intent(in) :: self
-
-      snapshots = 0
-      if (allocated(self%snapshot)) snapshots = size(self%snapshot)
-   end function snapshots
-
-   subroutine append(self, new)
-      type(fields_t), intent(inout) :: self
-      type(snapshot_t), intent(in) :: new
-      type(snapshot_t), allocatable :: longer(:)
-      integer :: n
-
-      n = snapshots(self)
-      allocate (longer(n + 1))
-      if (n > 0) longer(:n) = self%snapshot
-      longer(n + 1) = new
-      call move_alloc(longer, self%snapshot)
-   end subroutine append
 
    subroutine put_provenance(file, provenance)
       type(h5_file_t), intent(inout) :: file

@@ -11,7 +11,7 @@ module results_m
    use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
    use fields_m, only: fields_t
    use field_list_m, only: field_list_t, on_nodes, on_joints
-   use crack_results_m, only: write_cracks
+   use crack_results_m, only: write_cracks, append_cracks
    use bonds_m, only: bond_damage
    use joint_law_m, only: law_coulomb
    use edge_results_m, only: edge_sums, write_edges
@@ -26,6 +26,8 @@ module results_m
       character(len=:), allocatable :: directory
       type(history_t) :: history
       type(fields_t) :: fields
+      !> Cracks in their table
+      integer :: cracks = 0
       !> Time of the last checkpoint (clock counts)
       integer(i8) :: last_checkpoint = 0_i8
    contains
@@ -99,19 +101,24 @@ contains
             call self%fields%init(directory, scene%split, edge, constant, provenance, errors)
          end if
       end associate
-      ! What broke after the checkpoint has not happened yet
-      if (restarted) call write_crack_table(self, scene, errors)
+      ! The table begins with what is known: nothing, or what had broken at the checkpoint
+      if (scene%can_break) then
+         call write_cracks(self%directory//'cracks.csv', scene%bonds%event, scene%deck%stage%name, errors)
+         self%cracks = size(scene%bonds%event)
+      end if
       call system_clock(self%last_checkpoint)
    end subroutine open_results
 
-   !> All that has broken so far; nothing where nothing can.
-   subroutine write_crack_table(self, scene, errors)
-      type(results_t), intent(in) :: self
+   !> What has broken since the last look; nothing where nothing can.
+   subroutine note_cracks_in_table(self, scene, errors)
+      class(results_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(error_list_t), intent(inout) :: errors
 
-      if (scene%can_break) call write_cracks(self%directory//'cracks.csv', scene%bonds%event, scene%deck%stage%name, errors)
-   end subroutine write_crack_table
+      if (.not. scene%can_break) return
+      call append_cracks(self%directory//'cracks.csv', scene%bonds%event(self%cracks + 1:), scene%deck%stage%name, errors)
+      self%cracks = size(scene%bonds%event)
+   end subroutine note_cracks_in_table
 
    !> Write the complete deck, defaults and all, and give its text. Its paths are those from where it is, so that it can be run.
    subroutine effective_deck(path, deck, text, errors)
@@ -159,7 +166,7 @@ contains
             call self%history%write_row(row(scene, state, place, unbalanced), errors)
          snapshot = stage_is_over
          if (settings%fields_every > 0) snapshot = snapshot .or. mod(place%cycle, settings%fields_every) == 0
-         if (snapshot .or. mod(place%cycle, settings%history_every) == 0) call write_crack_table(self, scene, errors)
+         if (snapshot .or. mod(place%cycle, settings%history_every) == 0) call note_cracks_in_table(self, scene, errors)
          if (snapshot) then
             call write_fields(self, scene, state, place, errors)
             call write_edges(self%directory//'edges.csv', &

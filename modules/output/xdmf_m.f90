@@ -3,12 +3,15 @@ module xdmf_m
    use errors_m, only: error_list_t
    use field_list_m, only: on_nodes, on_triangles, on_joints
    use files_m, only: replace_file
-   use kinds_m, only: wp
+   use kinds_m, only: wp, i8
    use text_m, only: to_text
    implicit none
    private
 
-   public :: write_xdmf
+   public :: write_xdmf, append_xdmf
+
+   !> How the file ends, with its last line end
+   character(len=*), parameter :: tail = '</Grid>'//new_line('a')//'</Domain>'//new_line('a')//'</Xdmf>'//new_line('a')
 
    !> Corners of a triangle, ends of a joint line
    integer, parameter :: corners = 3, ends = 2
@@ -88,7 +91,7 @@ contains
       do i = 1, size(snapshot)
          if (status == 0) write (unit, '(a)', iostat=status, iomsg=message) grids(data_file, snapshot(i))
       end do
-      if (status == 0) write (unit, '(a)', iostat=status, iomsg=message) '</Grid>', '</Domain>', '</Xdmf>'
+      if (status == 0) write (unit, '(a)', iostat=status, iomsg=message) tail(:len(tail) - 1)
       if (status == 0) close (unit, iostat=status, iomsg=message)
       if (status == 0) then
          call replace_file(trim(path)//'.part', path, status)
@@ -96,6 +99,28 @@ contains
       end if
       if (status /= 0) call errors%add(trim(path)//': cannot write the index of the fields: '//trim(message))
    end subroutine write_xdmf
+
+   !> Add one time at the end of the file, in one write: what it costs does not grow with the times that are there.
+   subroutine append_xdmf(path, data_file, snapshot, errors)
+      character(len=*), intent(in) :: path
+      !> Name of the fields file, in the same directory
+      character(len=*), intent(in) :: data_file
+      type(snapshot_t), intent(in) :: snapshot
+      type(error_list_t), intent(inout) :: errors
+      character(len=512) :: message
+      integer(i8) :: length
+      integer :: unit, status
+
+      open (newunit=unit, file=trim(path), access='stream', form='unformatted', action='readwrite', status='old', &
+            iostat=status, iomsg=message)
+      if (status == 0) then
+         inquire (unit=unit, size=length)
+         write (unit, pos=length - len(tail) + 1, iostat=status, iomsg=message) &
+            grids(data_file, snapshot)//new_line('a')//tail
+      end if
+      if (status == 0) close (unit, iostat=status, iomsg=message)
+      if (status /= 0) call errors%add(trim(path)//': cannot write the index of the fields: '//trim(message))
+   end subroutine append_xdmf
 
    !> The two grids of one time: the rock, and the joints if there are any.
    function grids(data_file, snapshot) result(text)

@@ -116,15 +116,20 @@ contains
       type(state_t), intent(inout) :: state
       !> Has the contact changed, or have the loads?
       logical, intent(out) :: changed
+      type(crack_event_t), allocatable :: event(:)
       logical :: parted
       integer :: b, n, events
 
       parted = .false.
-      events = size(scene%bonds%event)
+      events = 0
       do b = 1, size(scene%bonds%active)
          if (.not. scene%bonds%active(b)) cycle
          if (.not. bond_is_broken(scene%bonds%point(:, b))) cycle
-         if (.not. scene%bonds%broken(b)) call note_event(scene, state%time, b)
+         if (.not. scene%bonds%broken(b)) then
+            if (events == 0) allocate (event(size(scene%bonds%active)))
+            events = events + 1
+            call note_event(scene, state%time, b, event(events))
+         end if
          if (.not. bond_has_parted(scene%bonds%point(:, b))) cycle
          ! A law with a closure of its own can only take over walls that do not press on each other
          if (scene%joints%law(scene%bonds%fractures + b)%kind /= law_coulomb .and. &
@@ -134,17 +139,19 @@ contains
       end do
       if (parted) call renew_contact(scene, [(n, n=1, size(state%mass))], state)
       changed = parted
-      if (size(scene%bonds%event) == events .or. size(scene%deck%pore_pressure) == 0) return
+      if (events == 0) return
+      scene%bonds%event = [scene%bonds%event, event(:events)]
+      if (size(scene%deck%pore_pressure) == 0) return
       call renew_loads(scene)
       changed = .true.
    end subroutine note_cracks
 
    !> Note that a bond broke.
-   subroutine note_event(scene, time, b)
+   subroutine note_event(scene, time, b, event)
       type(scene_t), intent(inout) :: scene
       real(wp), intent(in) :: time
       integer, intent(in) :: b
-      type(crack_event_t) :: event
+      type(crack_event_t), intent(out) :: event
       real(wp) :: along(2), energy(2)
 
       associate (x => scene%split%x, node => scene%bonds%node(:, b))
@@ -159,7 +166,6 @@ contains
       energy = bond_energy(event%length, scene%bonds%point(:, b))
       event%mode = bond_mode(energy)
       event%energy = sum(energy)
-      scene%bonds%event = [scene%bonds%event, event]
       scene%bonds%broken(b) = .true.
    end subroutine note_event
 

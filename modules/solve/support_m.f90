@@ -28,13 +28,14 @@ contains
       integer, allocatable, intent(out) :: node(:)
       integer :: of_node(size(x, 2)), first
       logical :: meshed(size(x, 2))
+      !> Centre and size of each assembly, matrix of its supports, at the node that stands for it
+      real(wp), allocatable :: centre(:, :), size_of(:), matrix(:, :, :)
 
       call find_assemblies(triangle, joint, of_node, meshed)
-      allocate (node(0))
-      do first = 1, size(of_node)
-         if (of_node(first) /= first .or. .not. meshed(first)) cycle
-         if (.not. held(x, fixed, of_node == first)) node = [node, first]
-      end do
+      call measure_assemblies(x, of_node, centre, size_of)
+      call add_supports(x, fixed, of_node, centre, size_of, matrix)
+      node = pack([(first, first=1, size(of_node))], &
+                  [(of_node(first) == first .and. meshed(first) .and. .not. holds(matrix(:, :, first)), first=1, size(of_node))])
    end subroutine find_loose
 
    !> Number of assemblies.
@@ -97,40 +98,75 @@ contains
       end do
    end function root
 
-   !> Do the prescribed components of the member nodes exclude every rigid motion?
-   pure logical function held(x, fixed, member)
+   !> Centre of the nodes of each assembly, and its half width, both at the node that stands for it (nodes).
+   pure subroutine measure_assemblies(x, of_node, centre, size_of)
       real(wp), intent(in) :: x(:, :)
-      logical, intent(in) :: fixed(:, :), member(:)
-      real(wp) :: matrix(motions, motions), centre(2), size_of, row(motions), pivot
-      integer :: n, i, k, best, excluded
+      integer, intent(in) :: of_node(:)
+      !> (2, nodes) [m] and (nodes) [m]
+      real(wp), allocatable, intent(out) :: centre(:, :), size_of(:)
+      integer :: members(size(of_node)), n
+
+      allocate (centre(2, size(of_node)), size_of(size(of_node)), source=0.0_wp)
+      members = 0
+      do n = 1, size(of_node)
+         members(of_node(n)) = members(of_node(n)) + 1
+         centre(:, of_node(n)) = centre(:, of_node(n)) + x(:, n)
+      end do
+      do n = 1, size(of_node)
+         if (members(n) > 0) centre(:, n) = centre(:, n)/real(members(n), wp)
+      end do
+      do n = 1, size(of_node)
+         size_of(of_node(n)) = max(size_of(of_node(n)), maxval(abs(x(:, n) - centre(:, of_node(n)))))
+      end do
+   end subroutine measure_assemblies
+
+   !> Matrix of the supports of each assembly: the sum over its prescribed components of what they do in the rigid motions.
+   pure subroutine add_supports(x, fixed, of_node, centre, size_of, matrix)
+      real(wp), intent(in) :: x(:, :)
+      logical, intent(in) :: fixed(:, :)
+      integer, intent(in) :: of_node(:)
+      real(wp), intent(in) :: centre(:, :), size_of(:)
+      !> (motions, motions, nodes)
+      real(wp), allocatable, intent(out) :: matrix(:, :, :)
+      real(wp) :: row(motions)
+      integer :: n, i, k
+
+      allocate (matrix(motions, motions, size(of_node)), source=0.0_wp)
+      do n = 1, size(of_node)
+         associate (a => of_node(n))
+            do i = 1, 2
+               if (.not. fixed(i, n) .or. size_of(a) <= 0.0_wp) cycle
+               ! Motion of this component in the two translations and the rotation about the centre
+               if (i == 1) row = [1.0_wp, 0.0_wp, -(x(2, n) - centre(2, a))/size_of(a)]
+               if (i == 2) row = [0.0_wp, 1.0_wp, (x(1, n) - centre(1, a))/size_of(a)]
+               do k = 1, motions
+                  matrix(:, k, a) = matrix(:, k, a) + row*row(k)
+               end do
+            end do
+         end associate
+      end do
+   end subroutine add_supports
+
+   !> Do the supports exclude every rigid motion?
+   pure logical function holds(supports)
+      !> Their matrix (motions, motions)
+      real(wp), intent(in) :: supports(:, :)
+      real(wp) :: matrix(motions, motions), pivot
+      integer :: k, best, excluded
       logical :: used(motions)
 
-      centre = [sum(x(1, :), mask=member), sum(x(2, :), mask=member)]/real(count(member), wp)
-      size_of = max(maxval(abs(x(1, :) - centre(1)), mask=member), maxval(abs(x(2, :) - centre(2)), mask=member))
-      matrix = 0.0_wp
-      do n = 1, size(member)
-         if (.not. member(n)) cycle
-         do i = 1, 2
-            if (.not. fixed(i, n)) cycle
-            ! Motion of this component in the two translations and the rotation about the centre
-            if (i == 1) row = [1.0_wp, 0.0_wp, -(x(2, n) - centre(2))/size_of]
-            if (i == 2) row = [0.0_wp, 1.0_wp, (x(1, n) - centre(1))/size_of]
-            do k = 1, motions
-               matrix(:, k) = matrix(:, k) + row*row(k)
-            end do
-         end do
-      end do
+      matrix = supports
       used = .false.
       pivot = least_pivot*max(matrix(1, 1), matrix(2, 2), matrix(3, 3))
       do excluded = 1, motions
          best = maxloc([(matrix(k, k), k=1, motions)], mask=.not. used, dim=1)
-         held = matrix(best, best) > pivot
-         if (.not. held) return
+         holds = matrix(best, best) > pivot
+         if (.not. holds) return
          used(best) = .true.
          do k = 1, motions
             if (.not. used(k)) matrix(:, k) = matrix(:, k) - matrix(:, best)*(matrix(best, k)/matrix(best, best))
          end do
       end do
-   end function held
+   end function holds
 
 end module support_m
