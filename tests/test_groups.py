@@ -98,7 +98,9 @@ def test_an_inner_curve_without_joint_is_warned_of(femdem, tmp_path):
     deck = RUN + ROCK.format("rock") + HELD.format("bottom") + STAGE
     done = run(femdem, wrong_meshes.Mesh(), deck, tmp_path, "--check")
     assert done.returncode == 0
-    assert "1 of the 1 edges of the physical curve 'fracture' lie inside the rock, and no &joint" in done.stderr
+    assert (
+        "1 of the 1 edges of the physical curve 'fracture' lie inside the rock, and no &joint" in done.stderr
+    )
 
 
 @pytest.mark.fast

@@ -5,7 +5,7 @@ Four times as much takes four times as long; with the square it would be sixteen
 
 import resource
 import subprocess
-import xml.etree.ElementTree as tree
+from xml.etree import ElementTree
 
 import pytest
 
@@ -22,7 +22,11 @@ def squares(number):
     for k in range(number):
         x, y, b = 1.5 * (k % 100), 1.5 * (k // 100), 4 * k
         nodes += [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)]
-        elements += [f"1 2 1 1 {b + 1} {b + 2}", f"2 2 2 1 {b + 1} {b + 2} {b + 3}", f"2 2 2 1 {b + 1} {b + 3} {b + 4}"]
+        elements += [
+            f"1 2 1 1 {b + 1} {b + 2}",
+            f"2 2 2 1 {b + 1} {b + 2} {b + 3}",
+            f"2 2 2 1 {b + 1} {b + 3} {b + 4}",
+        ]
     lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "2", '1 1 "bottom"', '2 2 "rock"']
     lines += ["$EndPhysicalNames", "$Nodes", str(len(nodes))]
     lines += [f"{i} {x} {y} 0" for i, (x, y) in enumerate(nodes, start=1)]
@@ -46,7 +50,9 @@ def growth(time_of, size):
 
 @pytest.mark.fast
 def test_bodies_are_found_in_linear_time(femdem, tmp_path):
-    (tmp_path / "deck.nml").write_text(DECK.replace("implicit", "auto") + "&stage name = 'load', move_time = 1 /\n")
+    (tmp_path / "deck.nml").write_text(
+        DECK.replace("implicit", "auto") + "&stage name = 'load', move_time = 1 /\n"
+    )
 
     def time_of(bodies):
         (tmp_path / "squares.msh").write_text(squares(bodies))
@@ -63,7 +69,11 @@ def test_snapshots_are_appended(femdem, tmp_path):
         stage = f"&stage name = 'load', move_time = 1, cycles = {snapshots} /\n&output fields_every = 1 /\n"
         (tmp_path / "deck.nml").write_text(DECK + stage)
         spent = seconds([femdem, "--quiet", "deck.nml"], tmp_path)
-        times = tree.parse(tmp_path / "results" / "fields.xdmf").getroot().findall("./Domain/Grid/Grid/Time")
+        times = (
+            ElementTree.parse(tmp_path / "results" / "fields.xdmf")
+            .getroot()
+            .findall("./Domain/Grid/Grid/Time")
+        )
         found = [float(time.get("Value")) for time in times]
         assert found == pytest.approx([i + 1 for i in range(snapshots)])
         return spent

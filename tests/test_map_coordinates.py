@@ -39,16 +39,25 @@ def assert_same(there, origin):
         # Energies are rounded as their sum is; the rest is what iterations leave over
         scale = work if name.endswith("_J") else abs(value)
         if name not in ("unbalanced_ratio", "residual_J"):
-            assert abs(here[name] - value) <= TOLERANCE * scale, f"{name}: {here[name]!r}, at the origin {value!r}"
+            assert abs(here[name] - value) <= TOLERANCE * scale, (
+                f"{name}: {here[name]!r}, at the origin {value!r}"
+            )
 
 
 @pytest.mark.fast
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("solver", ["implicit", "relaxation", "explicit"])
 def test_the_answer_is_that_at_the_origin(solver, place, femdem, tmp_path):
-    deck = RUN.replace("implicit", solver) + ROCK.format("rock") + JOINT.format("fracture") + HELD.format("bottom")
+    deck = (
+        RUN.replace("implicit", solver)
+        + ROCK.format("rock")
+        + JOINT.format("fracture")
+        + HELD.format("bottom")
+    )
     deck += TOP + STAGE
-    more = deck + STAGE.replace("load", "more") + "&boundary group = 'top', stage = 'more', pressure = 2e6 /\n"
+    more = (
+        deck + STAGE.replace("load", "more") + "&boundary group = 'top', stage = 'more', pressure = 2e6 /\n"
+    )
     origin = go(femdem, deck, (0, 0), tmp_path / "origin")
     there = go(femdem, deck, place, tmp_path / "there")
     assert_same(there, origin)
@@ -69,7 +78,9 @@ def test_cracks_are_where_the_map_has_them(femdem, tmp_path):
     for place in ((0, 0), *PLACES):
         there = go(femdem, deck, place, tmp_path / str(place[0]))
         with open(there / "results" / "cracks.csv", newline="", encoding="utf-8") as file:
-            rows = [(float(row["x_m"]) - place[0], float(row["y_m"]) - place[1]) for row in csv.DictReader(file)]
+            rows = [
+                (float(row["x_m"]) - place[0], float(row["y_m"]) - place[1]) for row in csv.DictReader(file)
+            ]
         assert rows, "nothing broke"
         places.append(rows)
     assert np.abs(np.array(places[1]) - places[0]).max() < 1e-8

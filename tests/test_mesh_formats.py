@@ -214,7 +214,9 @@ def test_what_gmsh_passes_over(femdem, tmp_path):
     square(tmp_path, "square.msh", MshFileVersion=2.2)
     plain = check(femdem, tmp_path).stdout
     path = tmp_path / "square.msh"
-    text = path.read_text().replace("$EndMeshFormat\n", "$EndMeshFormat\nmade by hand\n$Comments\n3 words here\n$EndComments\n")
+    text = path.read_text().replace(
+        "$EndMeshFormat\n", "$EndMeshFormat\nmade by hand\n$Comments\n3 words here\n$EndComments\n"
+    )
     head, count, rest = text.partition("$Nodes\n")
     number, _, rest = rest.partition("\n")
     text = f"{head}{count}{int(number) + 1}\n777 1e3 1e3 1e3\n{rest}"
@@ -239,5 +241,5 @@ def test_lengths_that_are_hardly_metres(scale, warned, femdem, network, tmp_path
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 0, done.stderr
     assert ("is the mesh in metres?" in done.stderr) == warned
-    extent = [line.split() for line in done.stdout.splitlines() if line.startswith("extent")][0]
+    extent = next(line.split() for line in done.stdout.splitlines() if line.startswith("extent"))
     assert [float(extent[1]), float(extent[4])] == [2 * scale, 2 * scale]

@@ -6,7 +6,7 @@ import pytest
 from femdem_results import Results
 from test_groups import HELD, ROCK, RUN, run, with_top, wrong_meshes
 
-ODD = ['a, b', 'c; d', '5" e', "it's", "a.shear_displacement_mm"]
+ODD = ["a, b", "c; d", '5" e', "it's", "a.shear_displacement_mm"]
 
 
 def two_joints(first, second):

@@ -16,7 +16,12 @@ SAID = r"the rock swung about ([0-9.E+-]+) % further than to rest"
 def test_overshoot_is_said_and_warned_of(move_time, warned, femdem, tmp_path):
     mesh = with_top(wrong_meshes.Mesh())
     mesh.add(wrong_meshes.LINE, 2, mesh.at(2, 1), mesh.at(3, 1))
-    deck = RUN.replace("implicit", "explicit") + ROCK.format("rock") + JOINT.format("fracture") + HELD.format("bottom")
+    deck = (
+        RUN.replace("implicit", "explicit")
+        + ROCK.format("rock")
+        + JOINT.format("fracture")
+        + HELD.format("bottom")
+    )
     (tmp_path / "box.msh").write_text(mesh.text())
     (tmp_path / "deck.nml").write_text(deck + TOP + STAGE.format(move_time) + DAMPED)
     done = subprocess.run(

@@ -82,7 +82,12 @@ CHANGES = [
     ("cycles = 2", "cycles = 3", "&stage 1: cycles was 2", "is 3"),
     ("&output", "&gravity gy = -9.81 /\n&output", "&gravity: gy was 0", "is -9.81"),
     ("vx = 0, vy = 0", "vy = 0", "&boundary group = 'bottom', stage = 'all': vx was 0", "is not given"),
-    ("&output", "&boundary group = 'side', vx = 0 /\n&output", "was written without &boundary group = 'side'", ""),
+    (
+        "&output",
+        "&boundary group = 'side', vx = 0 /\n&output",
+        "was written without &boundary group = 'side'",
+        "",
+    ),
     ("&boundary group = 'top', pressure = 5e6 /", "", "was written with &boundary group = 'top'", ""),
 ]
 

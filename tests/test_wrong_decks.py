@@ -174,8 +174,16 @@ def test_a_comment_ends_with_its_line_whatever_ends_that(end, femdem, tmp_path):
         ("gy = -9.81", "gy = \u22129.81", "input.nml:38: found a minus sign (U+2212); must be the plain -"),
         ("gy = -9.81", "gy =\u00a0-9.81", "input.nml:38: found a no-break blank (U+00A0)"),
         ("jrc0 =", "jrc0\u200b =", "input.nml:16: found a zero-width blank (U+200B)"),
-        ("'top'", "\u2018top\u2019", "input.nml:29: found an opening quotation mark (U+2018); must be the plain '"),
-        ("! A good deck.", "! A good deck.\u2028&stage", "input.nml:1: found a line separator (U+2028) in a comment"),
+        (
+            "'top'",
+            "\u2018top\u2019",
+            "input.nml:29: found an opening quotation mark (U+2018); must be the plain '",
+        ),
+        (
+            "! A good deck.",
+            "! A good deck.\u2028&stage",
+            "input.nml:1: found a line separator (U+2028) in a comment",
+        ),
         ("gy = -9.81", "gy = -9.81\x0c", "input.nml:38: found a form feed (U+000C)"),
         ("gy = -9.81", "gy = 9\u00b2", "input.nml:38: found the character U+00B2"),
     ],
@@ -188,7 +196,9 @@ def test_characters_that_look_like_others_are_named(old, new, expect, femdem, tm
 
 @pytest.mark.fast
 def test_anything_may_stand_in_comments_and_texts(femdem, tmp_path):
-    deck = BASE.replace("Two blocks", "Zwei Bl\u00f6cke \u2013 a\u00a0b").replace("! A good", "! Ein \u2212 guter")
+    deck = BASE.replace("Two blocks", "Zwei Bl\u00f6cke \u2013 a\u00a0b").replace(
+        "! A good", "! Ein \u2212 guter"
+    )
     assert check(femdem, "\ufeff" + deck, tmp_path).returncode == 0
 
 

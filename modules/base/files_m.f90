@@ -1,7 +1,7 @@
 !> What Fortran does not offer for files: replacing one in a single step, and making a directory.
 module files_m
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int32_t, c_null_char, c_null_ptr, &
-      c_ptr, c_size_t
+                                                                             c_ptr, c_size_t
    implicit none
    private
 

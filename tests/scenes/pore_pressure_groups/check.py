@@ -36,7 +36,8 @@ def check(results):
         near(motion.stress("stress_yy", body).mean(), -0.5 * FLUID, 0.02, f"{body}: stress_yy [Pa]")
     # A bond's stiffness is penalty_factor E over the size of its elements: 1/3 m and the like
     opening = motion.fields.read("opening_mm")
-    assert 0 < opening.min() and opening.max() < 2 * 0.5 * FLUID / (20 * 30e9) * 1e3, f"bonds open {opening} mm"
+    assert opening.min() > 0, f"bonds open {opening} mm"
+    assert opening.max() < 2 * 0.5 * FLUID / (20 * 30e9) * 1e3, f"bonds open {opening} mm"
     assert cracks(results) == 0
 
     # A surface of its own goes before 'all': no fluid in the middle
