@@ -136,3 +136,18 @@ def test_a_restart_names_what_differs_in_the_mesh(old, new, what, femdem, folder
     checkpoint = "deck/out/first/checkpoint.h5"
     said = run(femdem, folder, "--restart", checkpoint, "--output", "second", "deck/user.nml", status=2)
     assert what in said
+
+
+@pytest.mark.fast
+def test_masses_that_were_raised_are_not_forgotten(femdem, folder):
+    scaled = "&explicit mass_scaling = 'step', scaled_step = 1e-3 /\n"
+    deck = DECK.replace("implicit", "explicit") + scaled
+    (folder / "deck" / "user.nml").write_text(deck)
+    run(femdem, folder, "deck/user.nml")
+    options = ("--restart", "deck/out/first/checkpoint.h5", "--output", "second", "deck/user.nml")
+    (folder / "deck" / "user.nml").write_text(deck.replace(scaled, "") + SHEAR)
+    said = run(femdem, folder, *options, status=2)
+    assert "&explicit: mass_scaling was 'step' when it was written, and is 'none' in this deck" in said
+    # A solver without masses may go on
+    (folder / "deck" / "user.nml").write_text(DECK + SHEAR)
+    run(femdem, folder, *options)

@@ -19,7 +19,7 @@ module deck_record_m
       character(len=path_length) :: value = ''
    end type entry_t
 
-   character(len=*), parameter :: a_stage = '&stage '
+   character(len=*), parameter :: a_stage = '&stage ', explicit_group = 'explicit'
    character, parameter :: line_feed = new_line('a'), mark = achar(9)
 
 contains
@@ -111,6 +111,9 @@ contains
          if (stage_number(deck%stage%name, unquoted(value_of(entry, 'stage'))) > stage) return
          group = group//' group = '//value_of(entry, 'group')//', stage = '//value_of(entry, 'stage')
       case ('contact', 'gravity')
+      case (explicit_group)
+         ! Masses that were raised stay raised
+         if (deck%run%solver /= explicit_group) return
       case ('stage')
          if (number > stage) return
          group = group//' '//to_text(number)
@@ -125,6 +128,7 @@ contains
             if (variable /= 'cycles' .and. cycle >= deck%stage(stage)%cycles) cycle
             if (any(variable == ['equilibrium  ', 'max_rest_time'])) cycle
          end if
+         if (name == explicit_group .and. all(variable /= ['mass_scaling', 'scaled_step '])) cycle
          if (name == 'fracture' .and. any(variable == ['insertion      ', 'insertion_level', 'check_every    '])) cycle
          text = text//group//mark//variable//mark//trim(entry(i)%value)//line_feed
       end do
@@ -173,6 +177,8 @@ contains
       do i = 1, size(old)
          if (known(old(i), new)) cycle
          if (.not. any(new%group == old(i)%group)) then
+            ! Another solver has no use for them
+            if (old(i)%group == '&'//explicit_group) cycle
             if (first_of_group(old, i)) call errors%add(path//': was written with '//trim(old(i)%group)// &
                                                         ', which this deck does not have')
             cycle
@@ -191,6 +197,7 @@ contains
       do i = 1, size(new)
          if (known(new(i), old) .or. index(new(i)%group, a_stage) == 1) cycle
          if (.not. any(old%group == new(i)%group)) then
+            if (new(i)%group == '&'//explicit_group) cycle
             if (first_of_group(new, i)) call errors%add(path//': was written without '//trim(new(i)%group)// &
                                                         ', which this deck has')
          else if (.not. any(old%group == new(i)%group .and. old%variable == new(i)%variable)) then
