@@ -694,10 +694,7 @@ def overlap(answer, scene, reach=None):
         of_arm = closure_of_arms(answer, closure, scene.arms)
         blocks = [unary_union(list(polygonize(moved[edges].tolist()))) for edges in outlines]
         pairs = list(itertools.combinations(range(len(blocks)), 2))
-        found = [
-            _overlap(blocks[i], blocks[j], _between(of_arm, i, j) + CORNER * slip)
-            for i, j in pairs
-        ]
+        found = [_overlap(blocks[i], blocks[j], _between(of_arm, i, j) + CORNER * slip) for i, j in pairs]
         deepest = max(found, key=lambda one: one.depth - one.allowed)
         if deepest.depth - deepest.allowed > worst.depth - worst.allowed:
             worst = replace(deepest, area=sum(one.area for one in found))

@@ -58,6 +58,8 @@ module joint_group_m
       real(wp) :: penalty = unset
       !> Normal stress of the law: from the contact force, or from the walls' elements (eq 32)
       character(len=option_length) :: normal_stress = 'contact'
+      !> Aperture of walls that part: with the dilation they keep, or eq 31 to the letter
+      character(len=option_length) :: aperture = 'continuous'
       !> Friction angle of the Coulomb law [degrees]; phi_r when not given
       real(wp) :: friction_angle = unset
       !> Cohesion of the Coulomb law [Pa]
@@ -87,6 +89,7 @@ module joint_group_m
                                   variable_t('contact', an_option), &
                                   variable_t('penalty', a_number), &
                                   variable_t('normal_stress', an_option), &
+                                  variable_t('aperture', an_option), &
                                   variable_t('friction_angle', a_number), &
                                   variable_t('cohesion', a_number), &
                                   variable_t('kn_mpa_mm', a_number), &
@@ -100,6 +103,7 @@ module joint_group_m
    character(len=*), parameter :: normals(*) = ['joint  ', 'penalty']
    character(len=*), parameter :: contacts(*) = ['wall     ', 'potential']
    character(len=*), parameter :: normal_stresses(*) = ['contact', 'walls  ']
+   character(len=*), parameter :: apertures(*) = ['continuous', 'eq31      ']
 
 contains
 
@@ -140,6 +144,7 @@ contains
       call check_choice(errors, slice, 'normal', joint%normal, normals)
       call check_choice(errors, slice, 'contact', joint%contact, contacts)
       call check_choice(errors, slice, 'normal_stress', joint%normal_stress, normal_stresses)
+      call check_choice(errors, slice, 'aperture', joint%aperture, apertures)
       call check_range(errors, slice, 'jrc0', joint%jrc0, least=0.0_wp, most=roughest)
       call check_range(errors, slice, 'jcs0_mpa', joint%jcs0_mpa, above=0.0_wp, most=strongest)
       call check_range(errors, slice, 'sigma_c_mpa', joint%sigma_c_mpa, above=0.0_wp, most=strongest)
@@ -177,6 +182,10 @@ contains
             end if
          end if
       end select
+      if (joint%coupling == 'coupled' .and. joint%contact == 'potential') then
+         call errors%add(slice%place('coupling')//" = 'coupled': dilation does not push the walls of contact = 'potential'; "// &
+                         "must be 'paper', or contact = 'wall'")
+      end if
       if (joint%normal == 'joint') then
          if (joint%contact == 'potential') then
             call errors%add(slice%place('contact')//": has a penalty only, not the stiffness of normal = 'joint'; "// &
@@ -235,6 +244,7 @@ contains
       call put(unit, 'contact', joint%contact)
       call put(unit, 'penalty', joint%penalty, 'penalty_factor times young of the wall rock')
       call put(unit, 'normal_stress', joint%normal_stress)
+      call put(unit, 'aperture', joint%aperture)
       call put(unit, 'friction_angle', joint%friction_angle, 'phi_r')
       call put(unit, 'cohesion', joint%cohesion)
       call put(unit, 'kn_mpa_mm', joint%kn_mpa_mm, 'closure of eqs 5 to 7 at the mean length of the block edges')

@@ -8,7 +8,8 @@ module coulomb_joint_m
    implicit none
    private
 
-   public :: coulomb_update, coulomb_tangent, coulomb_closure_stress, coulomb_normal_stiffness, coulomb_shear_stiffness
+   public :: coulomb_update, coulomb_tangent
+   public :: coulomb_closure_stress, coulomb_closure, coulomb_normal_stiffness, coulomb_shear_stiffness
 
    !> A Coulomb joint
    type, public :: coulomb_joint_t

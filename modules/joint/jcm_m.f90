@@ -8,12 +8,12 @@
 module jcm_m
    use kinds_m, only: wp
    use constants_m, only: radians, is_set, unset
-   use joint_point_m, only: joint_point_t, joint_tangent_t
+   use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t, joint_dilation_t
    implicit none
    private
 
    public :: joint_point_t, joint_tangent_t
-   public :: jcm_option, jcm_scale, jcm_update, jcm_tangent
+   public :: jcm_option, jcm_scale, jcm_update, jcm_tangent, jcm_dilation, jcm_retrace
    public :: scaled_roughness, scaled_strength, initial_aperture, initial_stiffness, maximum_closure
    public :: closure_stress, closure, normal_stiffness
    public :: peak_strength, shear_strength, mobilised_ratio, mobilised_ratio_slope, mobilised_angle, mobilised_friction
@@ -81,6 +81,8 @@ module jcm_m
       &/(table_u(2:) - table_u(:table_nodes - 1))
    !> u/up at which roughness begins to act, and at the peak
    real(wp), parameter :: onset = 0.3_wp, peak_ratio = 1.0_wp
+   !> u/up up to which eq 19 contracts
+   real(wp), parameter :: contraction_end = 0.25_wp
    !> Exponents of eqs 16 and 15
    real(wp), parameter :: post_peak_exponent = 0.381_wp, stress_exponent = 0.34_wp
    real(wp), parameter :: ln10 = log(10.0_wp)
@@ -101,6 +103,8 @@ module jcm_m
    real(wp), parameter :: largest_stress = 1.0e9_wp, largest_slip = 1.0e9_wp, largest_ratio = 1.0e9_wp
    !> Floor of d tan(mobilised angle)/d(u/up) in the elastic stiffness, for a joint without friction
    real(wp), parameter :: least_slope = 1.0e-6_wp
+   !> A step that mobilises less says nothing of how the normal stress changes with slip [-]
+   real(wp), parameter :: least_step = 1.0e-3_wp
    !> Lengths that differ by no more than this share are the same
    real(wp), parameter :: same_length = 1.0e-6_wp
    !> Largest angle a tangent is taken of [deg]
@@ -584,6 +588,20 @@ contains
       peak_dilation_angle = min(edge%jrcn*logarithm/damage_coefficient(edge%jrcn, logarithm), steepest)
    end function peak_dilation_angle
 
+   !> d peak_dilation_angle/d logarithm [deg].
+   pure real(wp) function peak_dilation_angle_slope(edge, logarithm) result(slope)
+      type(jcm_edge_t), intent(in) :: edge
+      !> log10(JCSn/sn)
+      real(wp), intent(in) :: logarithm
+      real(wp) :: damage
+
+      slope = 0.0_wp
+      damage = damage_coefficient(edge%jrcn, logarithm)
+      if (edge%jrcn*logarithm/damage >= steepest) return
+      slope = edge%jrcn/damage
+      if (logarithm > least_logarithm) slope = slope*(1.0_wp + edge%jrcn/(12.0_wp*logarithm*damage))
+   end function peak_dilation_angle_slope
+
    !> Eq 20: dilation at the peak over peak displacement, vp/up [-].
    pure real(wp) function peak_dilation_ratio(edge, sn)
       type(jcm_edge_t), intent(in) :: edge
@@ -682,6 +700,90 @@ contains
       end do
    end function dilation_from_rest
 
+   !> Dilation of a slip beyond u_max at a normal stress, contraction and dilation apart, with the derivatives of both.
+   pure function jcm_dilation(edge, state, slip, sn) result(dilation)
+      type(jcm_edge_t), intent(in) :: edge
+      !> State at the start of the slip
+      type(joint_point_t), intent(in) :: state
+      !> Slip beyond u_max [mm], normal stress [MPa]
+      real(wp), intent(in) :: slip, sn
+      type(joint_dilation_t) :: dilation
+      type(roughness_t) :: rough
+      real(wp) :: peak_angle, end, peak_sn, angle_sn
+
+      rough = roughness_at(edge, sn)
+      peak_angle = peak_dilation_angle(edge, rough%logarithm)
+      end = min(state%ratio + slip/rough%peak, largest_ratio)
+      peak_sn = 0.0_wp
+      angle_sn = 0.0_wp
+      if (sn > 0.0_wp) then
+         peak_sn = rough%peak*relative_peak_sensitivity(edge, rough, sn)/sn
+         angle_sn = peak_dilation_angle_slope(edge, rough%logarithm)*logarithm_slope(edge, sn)/sn
+      end if
+      if (state%ratio < contraction_end) call add_part(state%ratio, min(end, contraction_end), dilation%contraction, &
+                                                       dilation%contraction_u, dilation%contraction_sn)
+      if (end > contraction_end) call add_part(max(state%ratio, contraction_end), end, dilation%expansion, &
+                                               dilation%expansion_u, dilation%expansion_sn)
+
+   contains
+
+      !> Dilation between two values of u/up and its derivatives by slip and normal stress.
+      pure subroutine add_part(from, to, part, part_u, part_sn)
+         real(wp), intent(in) :: from, to
+         real(wp), intent(out) :: part, part_u, part_sn
+         real(wp) :: over_peak
+
+         over_peak = dilation_between(edge%post_peak, from, to, peak_angle)
+         part = rough%peak*over_peak
+         part_u = 0.0_wp
+         if (to >= end) part_u = dilation_by_ratio(edge%post_peak, from, to, peak_angle)
+         part_sn = peak_sn*(over_peak - part_u*slip/rough%peak) &
+            &+ rough%peak*dilation_by_angle(edge%post_peak, from, to, peak_angle)*angle_sn
+      end subroutine add_part
+
+   end function jcm_dilation
+
+   !> d dilation_between/d to [-].
+   pure real(wp) function dilation_by_ratio(post_peak, from, to, peak_angle)
+      !> Post-peak form
+      integer, intent(in) :: post_peak
+      !> u/up at the start and at the end, from <= to [-]; JRCn log10(JCSn/sn)/M [deg]
+      real(wp), intent(in) :: from, to, peak_angle
+      real(wp) :: start, middle, tangent
+
+      if (to <= peak_ratio) then
+         dilation_by_ratio = dilation_ratio(peak_angle)*(4.0_wp*to - 1.0_wp)
+      else
+         ! That of the mid-point rule
+         start = max(from, peak_ratio)
+         middle = 0.5_wp*(start + to)
+         tangent = dilation_tangent(post_peak, middle, peak_angle)
+         dilation_by_ratio = tangent + 0.5_wp*(to - start)*radians*peak_angle*share_slope(post_peak, middle) &
+                            &*(1.0_wp + tangent**2)
+      end if
+   end function dilation_by_ratio
+
+   !> d dilation_between/d peak angle [1/deg].
+   pure real(wp) function dilation_by_angle(post_peak, from, to, peak_angle)
+      !> Post-peak form
+      integer, intent(in) :: post_peak
+      !> u/up at the start and at the end, from <= to [-]; JRCn log10(JCSn/sn)/M [deg]
+      real(wp), intent(in) :: from, to, peak_angle
+      real(wp) :: start, end
+
+      dilation_by_angle = 0.0_wp
+      if (from < peak_ratio) then
+         end = min(to, peak_ratio)
+         dilation_by_angle = radians/3.0_wp*secant_squared(peak_angle/3.0_wp)*(end - from)*(2.0_wp*(from + end) - 1.0_wp)
+      end if
+      if (to > peak_ratio) then
+         start = max(from, peak_ratio)
+         associate (share => share_beyond_onset(post_peak, 0.5_wp*(start + to)))
+            dilation_by_angle = dilation_by_angle + (to - start)*radians*share*secant_squared(peak_angle*share)
+         end associate
+      end if
+   end function dilation_by_angle
+
    ! ---- Coupling and aperture: eqs 23 to 26 and 31 -----------------------------------------------------------------
 
    !> Eqs 23 to 26: (dsn, dtau) = matrix (dv, du) (2, 2) [MPa/mm].
@@ -713,13 +815,16 @@ contains
    !> Slip beyond the largest |u| reached mobilises roughness (ratio) and dilates; slip below it does neither: the
    !> dilation is then a function of |u|. The shear stress is that of a spring and a slider: elastic, bounded by the
    !> mobilised strength. An open joint carries no shear; slip while open leaves the roughness as it was.
-   pure subroutine jcm_update(edge, du, sn_new, state)
+   !>
+   !> The slip mobilises and dilates under the normal stress at the end of the step, or as `path` says.
+   pure subroutine jcm_update(edge, du, sn_new, state, path)
       type(jcm_edge_t), intent(in) :: edge
       !> Slip of the step [mm], normal stress at its end (<= 0: open) [MPa]
       real(wp), intent(in) :: du, sn_new
       type(joint_point_t), intent(inout) :: state
+      type(joint_slip_t), intent(in), optional :: path
       type(roughness_t) :: rough
-      real(wp) :: sn, slip, peak_angle
+      real(wp) :: sn, slip, peak_angle, rate, change
 
       sn = between(0.0_wp, sn_new, largest_stress)
       if (abs(du) <= 0.0_wp .and. abs(sn - state%sn) <= 0.0_wp) then
@@ -730,16 +835,26 @@ contains
       slip = between(-largest_slip, du, largest_slip)
       state%step_u = slip
       state%u = between(-largest_slip, state%u + slip, largest_slip)
+      change = sn - state%sn
       state%sn = sn
-      if (sn > 0.0_wp) then
-         rough = roughness_at(edge, sn)
+      rough = roughness_at(edge, sn)
+      rate = 1.0_wp/rough%peak
+      if (present(path)) then
+         call slip_on_path(edge, path, change, state, rate)
+      else if (sn > 0.0_wp) then
          peak_angle = peak_dilation_angle(edge, rough%logarithm)
          call slip_on_roughness(edge, rough%peak, peak_angle, state)
-         call return_to_strength(edge, rough, state)
+      else
+         call slip_while_open(edge, state)
+      end if
+      if (sn > 0.0_wp) then
+         call return_to_strength(edge, rough, rate, state)
          state%knn = normal_stiffness(edge%kn0, edge%vm, sn)
          state%vn = closure(edge%kn0, edge%vm, sn)                                                  ! (5b, 23a)
       else
-         call slip_while_open(edge, state)
+         state%tau = 0.0_wp
+         state%ktt = 0.0_wp
+         state%sliding = .true.
          state%knn = 0.0_wp
          state%vn = 0.0_wp
       end if
@@ -771,15 +886,41 @@ contains
       end if
    end subroutine slip_on_roughness
 
+   !> The same under the stress of a path, with the dilation it has found.
+   pure subroutine slip_on_path(edge, path, change, state, rate)
+      type(jcm_edge_t), intent(in) :: edge
+      type(joint_slip_t), intent(in) :: path
+      !> Change of the normal stress [MPa]
+      real(wp), intent(in) :: change
+      type(joint_point_t), intent(inout) :: state
+      !> Mobilisation by slip [1/mm]
+      real(wp), intent(out) :: rate
+      type(roughness_t) :: rough
+
+      rough = roughness_at(edge, path%stress)
+      rate = 1.0_wp/rough%peak
+      state%last_change = 0.0_wp
+      if (abs(state%u) <= state%u_max .or. .not. path%touching) then
+         call slip_while_open(edge, state)
+         return
+      end if
+      state%step_ratio = min(rate*(abs(state%u) - state%u_max), largest_ratio - state%ratio)
+      state%ratio = state%ratio + state%step_ratio
+      state%u_max = abs(state%u)
+      state%dilation_max = state%dilation_max + path%dilation
+      state%dilation = state%dilation_max
+      state%dilation_slope = path%dilation_u
+      state%path_peak = rough%peak
+      state%path_angle = peak_dilation_angle(edge, rough%logarithm)
+      if (state%step_ratio > least_step) state%last_change = change
+   end subroutine slip_on_path
+
    !> Slip without contact: u_max moves with |u|, roughness and its dilation stay.
    pure subroutine slip_while_open(edge, state)
       type(jcm_edge_t), intent(in) :: edge
       type(joint_point_t), intent(inout) :: state
 
       state%step_ratio = 0.0_wp
-      state%tau = 0.0_wp
-      state%ktt = 0.0_wp
-      state%sliding = .true.
       if (abs(state%u) >= state%u_max) then
          state%u_max = abs(state%u)
          state%dilation = state%dilation_max
@@ -789,28 +930,53 @@ contains
       end if
    end subroutine slip_while_open
 
-   !> Dilation below u_max, a function of |u| alone: the curve of constant stress that ran through the last extension of
-   !> u_max, plus a term linear in |u| that makes it start from zero at u = 0 and end at the dilation reached at
-   !> u_max. At constant stress the linear term vanishes and the walls walk back the way they came.
+   !> Dilation [mm] of a joint whose |u| is at most u_max, or that slips on without contact, and its slope [-].
+   pure subroutine jcm_retrace(edge, state, u, dilation, slope)
+      type(jcm_edge_t), intent(in) :: edge
+      type(joint_point_t), intent(in) :: state
+      !> Shear displacement [mm]
+      real(wp), intent(in) :: u
+      real(wp), intent(out) :: dilation, slope
+      type(joint_point_t) :: there
+
+      there = state
+      there%u = u
+      call slip_while_open(edge, there)
+      dilation = there%dilation
+      slope = there%dilation_slope
+   end subroutine jcm_retrace
+
+   !> Dilation below u_max, a function of |u| alone: the walls go down the curve of constant stress that ran through the last
+   !> extension of u_max, to where it is lowest, u/up = 1/4. What has contracted before that stays: the walls have seated, and
+   !> there is no edge to go over at u = 0. A parabola makes the curve end at u_max with the dilation reached there and the
+   !> slope with which it goes on: a kink would leave implicit solvers no direction. At constant stress it vanishes.
    pure subroutine retrace_dilation(edge, state)
       type(jcm_edge_t), intent(in) :: edge
       type(joint_point_t), intent(inout) :: state
-      real(wp) :: share, rest, ratio, slope
+      real(wp) :: share, rest, bend, ratio, slope
 
-      if (state%u_max <= 0.0_wp) return
+      state%dilation = state%dilation_max
+      state%dilation_slope = 0.0_wp
+      if (state%ratio <= contraction_end) return
       share = abs(state%u)/state%u_max
-      ratio = share*state%ratio
+      ratio = max(share*state%ratio, contraction_end)
       rest = state%dilation_max - state%path_peak*dilation_from_rest(edge%post_peak, state%ratio, state%path_angle)
-      state%dilation = state%path_peak*dilation_from_rest(edge%post_peak, ratio, state%path_angle) + share*rest
-      slope = state%path_peak*state%ratio*dilation_tangent(edge%post_peak, ratio, state%path_angle) + rest
+      bend = rest + (state%path_peak*state%ratio - state%u_max)*dilation_tangent(edge%post_peak, state%ratio, state%path_angle)
+      state%dilation = state%path_peak*dilation_from_rest(edge%post_peak, ratio, state%path_angle) &
+         &+ share*(rest + (1.0_wp - share)*bend)
+      slope = rest + (1.0_wp - 2.0_wp*share)*bend
+      if (ratio > contraction_end) slope = slope &
+         &+ state%path_peak*state%ratio*dilation_tangent(edge%post_peak, ratio, state%path_angle)
       state%dilation_slope = sign(1.0_wp, state%u)*slope/state%u_max
    end subroutine retrace_dilation
 
    !> Shear stress: elastic trial, returned to the mobilised strength when beyond it.
-   pure subroutine return_to_strength(edge, rough, state)
+   pure subroutine return_to_strength(edge, rough, rate, state)
       type(jcm_edge_t), intent(in) :: edge
       !> Roughness at the normal stress of the state
       type(roughness_t), intent(in) :: rough
+      !> Mobilisation by slip in this step [1/mm]
+      real(wp), intent(in) :: rate
       type(joint_point_t), intent(inout) :: state
       real(wp) :: slope, stiffness, trial, strength
 
@@ -830,7 +996,7 @@ contains
       state%sliding = abs(trial) >= strength
       if (state%sliding) then
          state%tau = sign(strength, trial)
-         state%ktt = state%sn/rough%peak*slope                                                      ! (17)
+         state%ktt = state%sn*rate*slope                                                            ! (17)
          if (trial*state%u < 0.0_wp) state%ktt = -state%ktt
       else
          state%tau = trial
@@ -838,13 +1004,14 @@ contains
       end if
    end subroutine return_to_strength
 
-   !> Tangent of the step that led to this state: how its results change with its du and its sn_new.
-   pure function jcm_tangent(edge, state) result(tangent)
+   !> Tangent of the step that led to this state: how its results change with its du, its sn_new and its path.
+   pure function jcm_tangent(edge, state, path) result(tangent)
       type(jcm_edge_t), intent(in) :: edge
       type(joint_point_t), intent(in) :: state
+      type(joint_slip_t), intent(in), optional :: path
       type(joint_tangent_t) :: tangent
       type(roughness_t) :: rough
-      real(wp) :: peak_sensitivity
+      real(wp) :: peak_sensitivity, ratio_sensitivity, slope
 
       tangent%dilation_u = state%dilation_slope
       tangent%vn_sn = 1.0_wp/normal_stiffness(edge%kn0, edge%vm, state%sn)
@@ -854,9 +1021,15 @@ contains
       tangent%tau_u = state%ktt
       if (state%sliding) then
          ! Along eq 13, and through up(sn), which sets how much this step's slip mobilised.
+         slope = radians*angle_slope(edge, state%ratio, rough%angle)*(1.0_wp + state%mu_mob**2)
+         ratio_sensitivity = peak_sensitivity
+         if (present(path)) then
+            ratio_sensitivity = 0.0_wp
+            if (path%stress > 0.0_wp) ratio_sensitivity = state%sn*path%stress_sn/path%stress &
+                                                     &*relative_peak_sensitivity(edge, roughness_at(edge, path%stress), path%stress)
+         end if
          tangent%tau_sn = sign(1.0_wp, state%tau)*(shear_stress_sensitivity(edge, state%ratio, state%sn) &
-            &- radians*angle_slope(edge, state%ratio, rough%angle)*(1.0_wp + state%mu_mob**2) &
-            & *state%step_ratio*peak_sensitivity)
+            &- slope*state%step_ratio*ratio_sensitivity)
       else
          tangent%tau_sn = state%step_u/rough%peak*(steepest_slope(edge, rough%angle)*(1.0_wp - peak_sensitivity) &
             &+ steepest_slope_sensitivity(edge, rough%angle)*edge%jrcn*logarithm_slope(edge, state%sn))

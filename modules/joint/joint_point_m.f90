@@ -8,7 +8,7 @@ module joint_point_m
    public :: joint_values, joint_from_values
 
    !> Numbers that make up a joint's state
-   integer, parameter, public :: joint_value_count = 18
+   integer, parameter, public :: joint_value_count = 19
 
    !> What one joint element remembers between steps
    type, public :: joint_point_t
@@ -31,9 +31,29 @@ module joint_point_m
       real(wp) :: dilation_max = 0.0_wp, path_peak = 0.0_wp, path_angle = 0.0_wp
       !> Slip [mm] and mobilisation [-] of the last step, for its tangent
       real(wp) :: step_u = 0.0_wp, step_ratio = 0.0_wp
+      !> Change of the normal stress in the last step, when coupled walls mobilised in it, for the next [MPa]
+      real(wp) :: last_change = 0.0_wp
       !> Did the last step end at the shear strength?
       logical :: sliding = .false.
    end type joint_point_t
+
+   !> How walls that ride on their asperities slip in a step
+   type, public :: joint_slip_t
+      !> Do they touch, so that slip beyond u_max mobilises?
+      logical :: touching = .true.
+      !> Normal stress under which it does, between those of start and end [MPa], and its derivative by that of the end [-]
+      real(wp) :: stress = 0.0_wp, stress_sn = 0.0_wp
+      !> Dilation that slip beyond u_max has added [mm], and its derivative by the slip [-]
+      real(wp) :: dilation = 0.0_wp, dilation_u = 0.0_wp
+   end type joint_slip_t
+
+   !> Dilation of a slip beyond u_max at one normal stress: what contracts before u/up = 1/4, and what dilates after it
+   type, public :: joint_dilation_t
+      !> [mm]
+      real(wp) :: contraction = 0.0_wp, expansion = 0.0_wp
+      !> Derivatives by the slip [-] and by the normal stress [mm/MPa]
+      real(wp) :: contraction_u = 0.0_wp, expansion_u = 0.0_wp, contraction_sn = 0.0_wp, expansion_sn = 0.0_wp
+   end type joint_dilation_t
 
    !> Tangent of the last step, for implicit solvers
    type, public :: joint_tangent_t
@@ -52,7 +72,7 @@ contains
 
       value = [point%u, point%u_max, point%ratio, point%tau, point%sn, point%vn, point%dilation, point%v, &
                point%mu_mob, point%dilation_slope, point%knn, point%ktt, point%dilation_max, point%path_peak, &
-               point%path_angle, point%step_u, point%step_ratio, merge(1.0_wp, 0.0_wp, point%sliding)]
+               point%path_angle, point%step_u, point%step_ratio, point%last_change, merge(1.0_wp, 0.0_wp, point%sliding)]
    end function joint_values
 
    !> The state from its list of numbers.
@@ -63,7 +83,7 @@ contains
       point = joint_point_t(u=value(1), u_max=value(2), ratio=value(3), tau=value(4), sn=value(5), vn=value(6), &
                             dilation=value(7), v=value(8), mu_mob=value(9), dilation_slope=value(10), knn=value(11), &
                             ktt=value(12), dilation_max=value(13), path_peak=value(14), path_angle=value(15), &
-                            step_u=value(16), step_ratio=value(17), sliding=value(18) > 0.5_wp)
+                            step_u=value(16), step_ratio=value(17), last_change=value(18), sliding=value(19) > 0.5_wp)
    end function joint_from_values
 
 end module joint_point_m

@@ -6,6 +6,7 @@ module story_m
    use log_m, only: log_t, progress_t
    use version_m, only: program_version, program_commit
    use deck_m, only: deck_t
+   use mesh_m, only: place_text
    use corners_m, only: corner_overlap
    use scene_m, only: scene_t
    use solver_choice_m, only: solver_explicit
@@ -59,17 +60,16 @@ contains
       type(scene_t), intent(in) :: scene
       type(state_t), intent(in) :: state
       type(log_t), intent(in) :: log
+      character(len=:), allocatable :: place
       real(wp) :: deepest
       integer :: pair
 
       call corner_overlap(scene%corners, state%u, deepest, pair)
       if (pair == 0) return
       if (deepest <= corner_share*maxval(abs(state%joint%u))*millimetre) return
-      associate (place => scene%split%x(:, scene%corners%node(1, pair)))
-         call log%warn('corners of blocks overlap by '//to_text(deepest/millimetre)//' mm beyond the closure of their joints '// &
-                       'near x = '//to_text(place(1))//', y = '//to_text(place(2))//': no rest was found with them held, or '// &
-                       'corner_factor is small; more cycles may hold them')
-      end associate
+      place = place_text(scene%split%x(:, scene%corners%node(1, pair)), scene%split%datum)
+      call log%warn('corners of blocks overlap by '//to_text(deepest/millimetre)//' mm beyond the closure of their joints '// &
+                    'near '//place//': no rest was found with them held, or corner_factor is small; more cycles may hold them')
    end subroutine warn_of_corners
 
    !> Joints and cracks that slide too far while the rock swings stay there: rest alone does not tell. The kinetic energy does.

@@ -10,6 +10,7 @@ module implicit_m
    use errors_m, only: error_list_t
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
+   use mesh_m, only: place_text
    use scene_m, only: scene_t
    use state_m, only: state_t
    use motion_m, only: unbalanced_ratio
@@ -281,8 +282,8 @@ contains
       call find_loose(scene%split%x, scene%split%triangle, scene%split%joint, scene%loads%fixed, loose)
       self%weak_springs = size(loose) > 0
       do i = 1, size(loose)
-         what = 'stage '''//trim(scene%deck%stage(stage)%name)//''': nothing holds the rock around x = '// &
-                to_text(scene%split%x(1, loose(i)))//', y = '//to_text(scene%split%x(2, loose(i)))
+         what = 'stage '''//trim(scene%deck%stage(stage)%name)//''': nothing holds the rock around '// &
+                place_text(scene%split%x(:, loose(i)), scene%split%datum)
          if (scene%deck%implicit%loose_bodies == 'hold') then
             call log%warn(what//'; its loads must be in balance')
          else
@@ -340,8 +341,9 @@ contains
       share = share/norm2([norm2(state%normal), norm2(state%friction), norm2(state%load), share])
       node = maxloc(push(1, :)**2 + push(2, :)**2, dim=1)
       what = 'surfaces that are not the two walls of a fracture overlap in stage '''// &
-             trim(scene%deck%stage(stage)%name)//''', most near x = '//to_text(scene%split%x(1, node))//', y = '// &
-             to_text(scene%split%x(2, node))//': their contact would be '//to_text(100.0_wp*share)//' % of all forces'
+             trim(scene%deck%stage(stage)%name)//''', most near '// &
+             place_text(scene%split%x(:, node), scene%split%datum)//': their contact would be '// &
+             to_text(100.0_wp*share)//' % of all forces'
       if (share > negligible) then
          call errors%add(what//', which the implicit solver leaves out; use solver = ''relaxation'' or ''explicit'', or '// &
                          '&contact active = .false. if this does not matter')

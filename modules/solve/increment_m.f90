@@ -8,7 +8,6 @@ module increment_m
    use kinds_m, only: wp
    use cohesive_m, only: cohesive_point_t
    use contact_m, only: contact_memory_t
-   use joint_point_m, only: joint_point_t
    use scene_m, only: scene_t
    use state_m, only: state_t
    use solid_m, only: strain_energy
@@ -17,7 +16,7 @@ module increment_m
    implicit none
    private
 
-   public :: joints_from_start, keep_unmoved, start_increment, forces_from_start, account_increment, has_left
+   public :: start_increment, forces_from_start, account_increment, has_left
 
    !> Where an increment starts and what it goes to
    type, public :: increment_t
@@ -30,29 +29,6 @@ module increment_m
    end type increment_t
 
 contains
-
-   !> Joints as they were at the start, with a guess of the dilation that pushes the walls.
-   pure subroutine joints_from_start(start, dilation, point)
-      !> Joints at the start of the increment (joints)
-      type(joint_point_t), intent(in) :: start(:)
-      !> (joints) [mm]
-      real(wp), intent(in) :: dilation(:)
-      type(joint_point_t), intent(out) :: point(:)
-
-      point = start
-      point%dilation = dilation
-   end subroutine joints_from_start
-
-   !> Joints that have neither slipped nor felt another stress were not updated, and still have the guess.
-   pure subroutine keep_unmoved(start, point)
-      !> Joints at the start of the increment, and now (joints)
-      type(joint_point_t), intent(in) :: start(:)
-      type(joint_point_t), intent(inout) :: point(:)
-
-      where (abs(point%u - start%u) <= 0.0_wp .and. abs(point%sn - start%sn) <= 0.0_wp)
-         point%dilation = start%dilation
-      end where
-   end subroutine keep_unmoved
 
    !> Remember all that forces depend on but displacements, and find the forces there.
    subroutine start_increment(scene, level, state, increment)
@@ -72,7 +48,7 @@ contains
    end subroutine start_increment
 
    !> The forces of the explicit solver at the displacement state%u; joints, bonds and friction go there in one step from
-   !> the start of the increment. Dilation that pushes the walls is that of the last call.
+   !> the start of the increment.
    subroutine forces_from_start(scene, increment, level, state, searched)
       type(scene_t), intent(inout) :: scene
       type(increment_t), intent(in) :: increment
@@ -80,14 +56,11 @@ contains
       type(state_t), intent(inout) :: state
       !> Has contact found new pairs?
       logical, intent(out) :: searched
-      real(wp) :: dilation(size(state%joint))
 
-      dilation = state%joint%dilation
-      call joints_from_start(increment%start%joint, dilation, state%joint)
+      state%joint = increment%start%joint
       if (scene%can_break) scene%bonds%point = increment%bond
       if (scene%has_contact) call scene%contact%go_back(increment%contact)
       call find_forces(scene, level, state, searched)
-      call keep_unmoved(increment%start%joint, state%joint)
    end subroutine forces_from_start
 
    !> Has a node moved farther in this increment than the scene is large, beyond what is prescribed?

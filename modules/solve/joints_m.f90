@@ -9,9 +9,9 @@ module joints_m
    use mesh_m, only: split_mesh_t
    use joint_point_m, only: joint_point_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
-   use joint_law_m, only: joint_law_t, update_joint, joint_closure_stress, joint_initial_aperture, joint_normal_stiffness, &
-                          joint_shear_stiffness
+   use joint_law_m, only: joint_law_t, update_joint, joint_initial_aperture, joint_normal_stiffness, joint_shear_stiffness
    use jcm_m, only: aperture
+   use riding_m, only: ride_t, ride, closure_pressure
    use solid_m, only: solid_t, solid_stress
    use wall_contact_m, only: wall_contact_t, points_of_joints, wall_slip_rate
    implicit none
@@ -31,6 +31,8 @@ module joints_m
       real(wp), allocatable :: penalty(:)
       !> Does dilation push the walls? Velocity friction (eq 4)? Normal stress from the rock (eq 32)? (joints)
       logical, allocatable :: coupled(:), velocity_friction(:), stress_from_walls(:)
+      !> Aperture by eq 31 to the letter? (joints)
+      logical, allocatable :: literal_aperture(:)
       !> Joints in wall contact (joints); the others are in potential contact
       logical, allocatable :: wall_handled(:)
       !> Is it a bond that has not parted, whose walls are no matter of contact yet? (joints)
@@ -40,6 +42,10 @@ module joints_m
       !> Pressure and shear stress at the walls' integration points [Pa]; mean and largest contact pressure of each joint
       !> (joints) [MPa]
       real(wp), allocatable :: pressure(:), shear(:), contact_stress(:), largest_stress(:)
+      !> Coupled joints: dilation of the last step (joints); d dilation/d overlap [-] and d dilation/d weight, the weight as a
+      !> part of what is covered of the joint's walls [mm], at the integration points
+      type(ride_t), allocatable :: ride(:)
+      real(wp), allocatable :: by_overlap(:), by_weight(:)
    end type joints_t
 
    public :: init_joints, couple_walls, couple_potential, joint_stiffness, have_stiffened, wall_overlap, softer_joint
@@ -61,10 +67,12 @@ contains
       allocate (joints%group(n), source=0)
       allocate (joints%law(n))
       allocate (joints%penalty(n), joints%contact_stress(n), joints%largest_stress(n), joints%stiffness_then(n), source=0.0_wp)
-      allocate (joints%coupled(n), joints%velocity_friction(n), joints%stress_from_walls(n), source=.false.)
+      allocate (joints%coupled(n), joints%velocity_friction(n), joints%stress_from_walls(n), joints%literal_aperture(n), &
+                source=.false.)
+      allocate (joints%ride(n))
       allocate (joints%wall_handled(n), source=.true.)
       allocate (joints%bonded(n), source=.false.)
-      allocate (joints%length(n), joints%pressure(0), joints%shear(0))
+      allocate (joints%length(n), joints%pressure(0), joints%shear(0), joints%by_overlap(0), joints%by_weight(0))
       do j = 1, n
          joints%length(j) = norm2(split%x(:, split%joint(2, j)) - split%x(:, split%joint(1, j)))
       end do
@@ -82,13 +90,17 @@ contains
       type(joint_point_t), intent(inout) :: point(:)
       !> Opening w and aperture (joints) [mm]
       real(wp), intent(inout) :: opening(:), open_aperture(:)
-      integer :: w, j, k
+      type(joint_frame_t) :: frame
+      integer :: first(size(walls%joint)/2 + 1), i, j, k
       real(wp) :: slip_rate, force
 
-      call find_pressure(joints, walls, point)
-      do w = 1, size(walls%joint), 2
-         j = walls%joint(w)
-         call update(joints, j, solid, x, u, point(j), opening(j), open_aperture(j))
+      call make_room(joints, walls)
+      call points_of_joints(walls, first)
+      do i = 1, size(first) - 1
+         j = walls%joint(2*i)
+         frame = frame_of(joints, j, x, u)
+         call find_pressure(joints, walls, j, first(i), first(i + 1) - 1, solid, u, frame, point(j))
+         call update(joints, j, solid, u, frame, point(j), opening(j), open_aperture(j))
       end do
       do k = 1, walls%points
          j = walls%joint(walls%wall(k))
@@ -104,50 +116,70 @@ contains
       end do
    end subroutine couple_walls
 
-   !> Contact pressure from the overlap at the integration points, and its mean over what is covered of both walls of each
-   !> joint.
-   subroutine find_pressure(joints, walls, point)
+   !> Room for what is known at the integration points.
+   subroutine make_room(joints, walls)
       type(joints_t), intent(inout) :: joints
       type(wall_contact_t), intent(in) :: walls
-      type(joint_point_t), intent(in) :: point(:)
-      real(wp) :: overlap, stress, force, covered
-      integer :: first(size(walls%joint)/2 + 1), i, k, j
 
-      if (size(joints%pressure) < walls%points) then
-         deallocate (joints%pressure, joints%shear)
-         allocate (joints%pressure(size(walls%wall)), joints%shear(size(walls%wall)))
+      if (size(joints%pressure) >= walls%points) return
+      deallocate (joints%pressure, joints%shear, joints%by_overlap, joints%by_weight)
+      allocate (joints%pressure(size(walls%wall)), joints%shear(size(walls%wall)))
+      allocate (joints%by_overlap(size(walls%wall)), joints%by_weight(size(walls%wall)))
+   end subroutine make_room
+
+   !> Contact pressure from the overlap at the integration points of a joint's walls, and its mean over what is covered of them.
+   subroutine find_pressure(joints, walls, j, first, last, solid, u, frame, point)
+      type(joints_t), intent(inout) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      !> Joint, the first and last integration point of its walls
+      integer, intent(in) :: j, first, last
+      type(solid_t), intent(in) :: solid
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      type(joint_frame_t), intent(in) :: frame
+      !> State of the joint at the start of the step
+      type(joint_point_t), intent(in) :: point
+      real(wp) :: stress, overlap, force, covered
+      integer :: k
+
+      covered = sum(walls%weight(first:last))
+      ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
+      if (joints%coupled(j)) then
+         associate (gap => -walls%gap(first:last)/millimetre, weight => walls%weight(first:last)/max(tiny(covered), covered), &
+                    du => frame%shear/millimetre - point%u, found => joints%ride(j), &
+                    by_overlap => joints%by_overlap(first:last), by_weight => joints%by_weight(first:last), &
+                    other => merge(walls%faced_joint(first:last), j, walls%faced_joint(first:last) > 0))
+            if (joints%stress_from_walls(j)) then
+               call ride(joints%law(j), joints%penalty(j), point, du, gap, weight, found, by_overlap, by_weight, &
+                         wall_stress(joints, j, solid, u, frame%j), joints%law(other), joints%penalty(other))
+            else
+               call ride(joints%law(j), joints%penalty(j), point, du, gap, weight, found, by_overlap, by_weight, &
+                         faced_law=joints%law(other), faced_penalty=joints%penalty(other))
+            end if
+         end associate
       end if
-      call points_of_joints(walls, first)
-      do i = 1, size(first) - 1
-         j = walls%joint(2*i)
-         force = 0.0_wp
-         covered = 0.0_wp
-         joints%largest_stress(j) = 0.0_wp
-         do k = first(i), first(i + 1) - 1
-            overlap = wall_overlap(joints, walls, j, k, point(j))
-            stress = closure_stress(joints, softer_joint(joints, walls, j, k, overlap), overlap)
-            joints%pressure(k) = stress*megapascal
-            force = force + stress*walls%weight(k)
-            covered = covered + walls%weight(k)
-            joints%largest_stress(j) = max(joints%largest_stress(j), stress)
-         end do
-         joints%contact_stress(j) = 0.0_wp
-         if (covered > 0.0_wp) joints%contact_stress(j) = force/covered
+      force = 0.0_wp
+      joints%largest_stress(j) = 0.0_wp
+      do k = first, last
+         overlap = wall_overlap(joints, walls, j, k)
+         stress = closure_stress(joints, softer_joint(joints, walls, j, k, overlap), overlap)
+         joints%pressure(k) = stress*megapascal
+         force = force + stress*walls%weight(k)
+         joints%largest_stress(j) = max(joints%largest_stress(j), stress)
       end do
+      joints%contact_stress(j) = 0.0_wp
+      if (covered > 0.0_wp) joints%contact_stress(j) = force/covered
    end subroutine find_pressure
 
-   !> Overlap of the walls at an integration point, positive when they touch [mm].
-   pure real(wp) function wall_overlap(joints, walls, j, k, point) result(overlap)
+   !> Overlap of the walls at an integration point, positive when they touch; of walls that ride with their dilation [mm].
+   pure real(wp) function wall_overlap(joints, walls, j, k) result(overlap)
       type(joints_t), intent(in) :: joints
       type(wall_contact_t), intent(in) :: walls
       !> Joint, integration point
       integer, intent(in) :: j, k
-      !> State of the joint
-      type(joint_point_t), intent(in) :: point
 
       overlap = -walls%gap(k)/millimetre
-      ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
-      if (joints%coupled(j)) overlap = overlap + point%dilation
+      if (joints%coupled(j)) overlap = overlap + joints%ride(j)%dilation
    end function wall_overlap
 
    !> Contact pressure of an overlap by the closure of a joint or its penalty [MPa].
@@ -157,11 +189,7 @@ contains
       !> [mm]
       real(wp), intent(in) :: overlap
 
-      if (joints%penalty(j) > 0.0_wp) then
-         stress = max(0.0_wp, joints%penalty(j)*overlap)
-      else
-         stress = joint_closure_stress(joints%law(j), overlap)
-      end if
+      stress = closure_pressure(joints%law(j), joints%penalty(j), overlap)
    end function closure_stress
 
    !> The joint whose closure holds at an integration point. Where a wall has come to face the wall of another joint, beyond a
@@ -199,22 +227,21 @@ contains
          if (joints%wall_handled(j)) cycle
          joints%contact_stress(j) = normal(j)/megapascal
          joints%largest_stress(j) = joints%contact_stress(j)
-         call update(joints, j, solid, x, u, point(j), opening(j), open_aperture(j))
+         call update(joints, j, solid, u, frame_of(joints, j, x, u), point(j), opening(j), open_aperture(j))
          ! The contact, not the law, holds the walls: what counts is the shear stress it found
          point(j)%tau = shear(j)/megapascal
       end do
    end subroutine couple_potential
 
-   !> Update one joint: kinematics, normal stress, law, aperture.
-   subroutine update(joints, j, solid, x, u, point, opening, open_aperture)
+   !> Where a joint's walls are now.
+   pure function frame_of(joints, j, x, u) result(frame)
       type(joints_t), intent(in) :: joints
+      !> Joint
       integer, intent(in) :: j
-      type(solid_t), intent(in) :: solid
+      !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      type(joint_point_t), intent(inout) :: point
-      real(wp), intent(inout) :: opening, open_aperture
       type(joint_frame_t) :: frame
-      real(wp) :: corner(2, 4), moved(2, 4), shear, stress
+      real(wp) :: corner(2, 4), moved(2, 4)
       integer :: i
 
       do i = 1, 4
@@ -222,12 +249,36 @@ contains
          moved(:, i) = u(:, joints%node(i, j))
       end do
       frame = joint_kinematics(corner, moved)
+   end function frame_of
+
+   !> Update one joint: normal stress, law, aperture.
+   subroutine update(joints, j, solid, u, frame, point, opening, open_aperture)
+      type(joints_t), intent(in) :: joints
+      integer, intent(in) :: j
+      type(solid_t), intent(in) :: solid
+      real(wp), contiguous, intent(in) :: u(:, :)
+      type(joint_frame_t), intent(in) :: frame
+      type(joint_point_t), intent(inout) :: point
+      real(wp), intent(inout) :: opening, open_aperture
+      real(wp) :: stress
+
       opening = frame%opening/millimetre
-      shear = frame%shear/millimetre
       stress = joints%contact_stress(j)
       if (joints%stress_from_walls(j) .and. stress > 0.0_wp) stress = wall_stress(joints, j, solid, u, frame%j)
-      call update_joint(joints%law(j), shear - point%u, stress, point)
-      open_aperture = aperture(joint_initial_aperture(joints%law(j)), opening, point%v)                  ! (31)
+      associate (law => joints%law(j), du => frame%shear/millimetre - point%u)
+         if (joints%coupled(j)) then
+            call update_joint(law, du, stress, point, joints%ride(j)%slip)
+         else
+            call update_joint(law, du, stress, point)
+         end if
+         if (joints%literal_aperture(j)) then
+            open_aperture = aperture(joint_initial_aperture(law), opening, point%v)                    ! (31)
+         else
+            ! Walls that part keep the dilation until they slide back. Where it pushes them it is a part of the opening
+            open_aperture = aperture(joint_initial_aperture(law) + point%dilation, &
+                                     opening - merge(point%dilation, 0.0_wp, joints%coupled(j)), point%vn)
+         end if
+      end associate
    end subroutine update
 
    !> Eq 32: normal stress from the triangles on the two walls, compression positive [MPa].

@@ -21,7 +21,7 @@ module newton_m
    use sparse_system_m, only: sparse_system_t, build_system, add_block, gather, scatter
    use mumps_m, only: sparse_lu_t, linear_ok
    use anderson_m, only: anderson_t
-   use increment_m, only: increment_t, joints_from_start, keep_unmoved
+   use increment_m, only: increment_t
    implicit none
    private
 
@@ -67,9 +67,6 @@ module newton_m
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
    !> Weak springs over the stiffness of the rock
    real(wp), parameter :: weak = 1.0e-8_wp
-   !> Dilation that pushes the walls is found together with the pressure [mm]
-   real(wp), parameter :: dilation_tolerance = 1.0e-13_wp
-   integer, parameter :: dilation_iterations = 30
 
 contains
 
@@ -450,8 +447,6 @@ contains
       type(scene_t), intent(inout) :: scene
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
-      real(wp) :: guess(size(state%joint))
-      integer :: i
 
       call nodal_loads(scene%loads, scene%split%x, state%u, increment%level, state%load)
       state%solid = 0.0_wp
@@ -468,36 +463,14 @@ contains
       ! Walls walk to what they face now from where they were, not from where the last iteration took them
       scene%walls%facing = increment%facing
       call find_overlaps(scene%walls, scene%split%x, state%u)
-      if (any(scene%joints%coupled)) then
-         ! The pressure depends on the dilation, and that a little on the pressure
-         guess = state%joint%dilation
-         do i = 1, dilation_iterations
-            call update_joints(scene, increment, guess, state)
-            if (all(abs(state%joint%dilation - guess) <= dilation_tolerance .or. .not. scene%joints%coupled)) exit
-            guess = state%joint%dilation
-         end do
-      else
-         call update_joints(scene, increment, increment%start%joint%dilation, state)
-      end if
+      state%joint = increment%start%joint
+      call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
+                        state%opening, state%aperture)
       state%normal = 0.0_wp
       state%friction = 0.0_wp
       call add_wall_forces(scene%walls, scene%joints%pressure, scene%joints%shear, state%normal, state%friction)
       call add_corner_forces(scene%corners, state%u, state%normal)
    end subroutine evaluate
-
-   !> Joints and tractions of the walls for a guess of the dilation that pushes them.
-   subroutine update_joints(scene, increment, dilation, state)
-      type(scene_t), intent(inout) :: scene
-      type(newton_increment_t), intent(in) :: increment
-      !> (joints) [mm]
-      real(wp), intent(in) :: dilation(:)
-      type(state_t), intent(inout) :: state
-
-      call joints_from_start(increment%start%joint, dilation, state%joint)
-      call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
-                        state%opening, state%aperture)
-      call keep_unmoved(increment%start%joint, state%joint)
-   end subroutine update_joints
 
    !> Sum of all nodal forces (2, nodes) [N per m of thickness].
    pure function net_force(state) result(force)

@@ -82,6 +82,7 @@ contains
          joints%coupled(:n) = old%coupled
          joints%velocity_friction(:n) = old%velocity_friction
          joints%stress_from_walls(:n) = old%stress_from_walls
+         joints%literal_aperture(:n) = old%literal_aperture
          joints%wall_handled(:n) = old%wall_handled
          joints%contact_stress(:n) = old%contact_stress
          joints%largest_stress(:n) = old%largest_stress

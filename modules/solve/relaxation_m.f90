@@ -8,6 +8,7 @@ module relaxation_m
    use errors_m, only: error_list_t
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
+   use mesh_m, only: place_text
    use scene_m, only: scene_t
    use corners_m, only: decide_corners
    use state_m, only: state_t
@@ -250,7 +251,7 @@ contains
          if (.not. path(n) <= huge(1.0_wp)) path(n) = huge(1.0_wp)
       end do
       worst = maxloc(path, dim=1)
-      call errors%add('the rock near x = '//to_text(scene%split%x(1, worst))//', y = '//to_text(scene%split%x(2, worst))// &
+      call errors%add('the rock near '//place_text(scene%split%x(:, worst), scene%split%datum)// &
                       ' does not come to rest at time '//to_text(state%time)//' s (stage '''// &
                       trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', load level '// &
                       to_text(increment%level)//'): it has moved '//to_text(path(worst))//' m in '//to_text(steps)// &

@@ -198,6 +198,7 @@ contains
             scene%joints%coupled(j) = settings%coupling == 'coupled'
             scene%joints%velocity_friction(j) = settings%friction == 'velocity'
             scene%joints%stress_from_walls(j) = settings%normal_stress == 'walls'
+            scene%joints%literal_aperture(j) = settings%aperture == 'eq31'
             scene%joints%wall_handled(j) = settings%contact == 'wall'
             if (settings%normal == 'penalty') scene%joints%penalty(j) = penalty_stiffness(scene, settings, j)
          end associate

@@ -7,12 +7,13 @@
 !> points move with the walls; at corners of blocks, where short overlaps carry much, Newton's method needs that part too.
 module wall_tangent_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal, megapascal_per_millimetre
+   use constants_m, only: megapascal, millimetre, megapascal_per_millimetre
    use wall_contact_m, only: wall_contact_t, facing_part, facing_part_slope
    use joint_point_m, only: joint_point_t, joint_tangent_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joint_law_m, only: joint_tangent, joint_normal_stiffness
    use joints_m, only: joints_t, wall_overlap, softer_joint
+   use riding_m, only: pressure_stiffness
    implicit none
    private
 
@@ -65,8 +66,8 @@ contains
       type(wall_element_t), intent(inout) :: element
       type(joint_tangent_t) :: tangent
       type(geometry_t) :: geometry(first:last)
-      real(wp), allocatable :: slip(:), pressure(:, :), stress(:)
-      real(wp) :: mean, covered
+      real(wp), allocatable :: slip(:), pressure(:, :), weight(:, :), dilation(:), stress(:)
+      real(wp) :: covered
       integer :: node(point_nodes, first:last), place(point_nodes, first:last), own(own_nodes), k, m
 
       do k = first, last
@@ -76,20 +77,38 @@ contains
       m = 2*element%nodes
       element%stiffness(:m, :m) = 0.0_wp
       if (last < first) return
-      allocate (slip(m), pressure(m, first:last), stress(m))
-      tangent = joint_tangent(joints%law(j), point)
+      allocate (slip(m), pressure(m, first:last), weight(m, first:last), dilation(m), stress(m))
+      if (joints%coupled(j)) then
+         tangent = joint_tangent(joints%law(j), point, joints%ride(j)%slip)
+      else
+         tangent = joint_tangent(joints%law(j), point)
+      end if
       slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
       covered = sum(walls%weight(first:last))
-      mean = sum(walls%weight(first:last)*joints%pressure(first:last))/covered
-      stress = 0.0_wp
       do k = first, last
          place(:, k) = places(node(:, k), element)
          geometry(k) = point_geometry(walls, k, positions(node(:, k), x, u))
          pressure(:, k) = -onto_element(geometry(k)%gap, place(:, k), m)
-         if (joints%coupled(j)) pressure(:, k) = pressure(:, k) + tangent%dilation_u*slip
-         pressure(:, k) = normal_stiffness_at(joints, walls, j, k, point)*pressure(:, k)
-         stress = stress + (walls%weight(k)*pressure(:, k) + (joints%pressure(k) - mean)* &
-                            onto_element(geometry(k)%weight, place(:, k), m))/covered
+         weight(:, k) = onto_element(geometry(k)%weight, place(:, k), m)/covered
+      end do
+      ! Of what is covered each point has a part: what one gains the others lose
+      stress = sum(weight, dim=2)
+      do k = first, last
+         weight(:, k) = weight(:, k) - walls%weight(k)/covered*stress
+      end do
+      dilation = 0.0_wp
+      if (joints%coupled(j)) then
+         associate (ride => joints%ride(j))
+            dilation = ride%by_slip*slip
+            do k = first, last
+               dilation = dilation + joints%by_overlap(k)*pressure(:, k) + joints%by_weight(k)*millimetre*weight(:, k)
+            end do
+         end associate
+      end if
+      stress = 0.0_wp
+      do k = first, last
+         pressure(:, k) = normal_stiffness_at(joints, walls, j, k)*(pressure(:, k) + dilation)
+         stress = stress + walls%weight(k)/covered*pressure(:, k) + joints%pressure(k)*weight(:, k)
       end do
       do k = first, last
          call add_point(joints, walls, j, k, point, tangent, geometry(k), place(:, k), slip, pressure(:, k), stress, &
@@ -355,19 +374,16 @@ contains
    end function slip_gradient
 
    !> d pressure/d overlap at an integration point [Pa/m].
-   pure real(wp) function normal_stiffness_at(joints, walls, j, k, point) result(stiffness)
+   pure real(wp) function normal_stiffness_at(joints, walls, j, k) result(stiffness)
       type(joints_t), intent(in) :: joints
       type(wall_contact_t), intent(in) :: walls
       !> Joint and integration point
       integer, intent(in) :: j, k
-      type(joint_point_t), intent(in) :: point
-
       integer :: softer
 
-      softer = softer_joint(joints, walls, j, k, wall_overlap(joints, walls, j, k, point))
-      stiffness = joints%penalty(softer)
-      if (stiffness <= 0.0_wp) stiffness = joint_normal_stiffness(joints%law(softer), joints%pressure(k)/megapascal)
-      if (is_open(joints, walls, j, k, point)) stiffness = share_when_open(joints, j)*stiffness
+      softer = softer_joint(joints, walls, j, k, wall_overlap(joints, walls, j, k))
+      stiffness = pressure_stiffness(joints%law(softer), joints%penalty(softer), joints%pressure(k)/megapascal)
+      if (is_open(joints, walls, j, k)) stiffness = share_when_open(joints, j)*stiffness
       stiffness = stiffness*megapascal_per_millimetre
    end function normal_stiffness_at
 
@@ -384,20 +400,19 @@ contains
       stiffness = 0.0_wp
       if (tangent%tau_u < 0.0_wp) return
       share = share_when_open(joints, j)
-      if (point%sn <= 0.0_wp .and. .not. is_open(joints, walls, j, k, point)) share = unstressed_share
+      if (point%sn <= 0.0_wp .and. .not. is_open(joints, walls, j, k)) share = unstressed_share
       stiffness = joint_normal_stiffness(joints%law(j), 0.0_wp)*share
       stiffness = max(0.0_wp, stiffness - tangent%tau_u)*megapascal_per_millimetre
    end function shear_floor
 
    !> Are the walls apart at an integration point?
-   pure logical function is_open(joints, walls, j, k, point)
+   pure logical function is_open(joints, walls, j, k)
       type(joints_t), intent(in) :: joints
       type(wall_contact_t), intent(in) :: walls
       !> Joint and integration point
       integer, intent(in) :: j, k
-      type(joint_point_t), intent(in) :: point
 
-      is_open = wall_overlap(joints, walls, j, k, point) < -touching
+      is_open = wall_overlap(joints, walls, j, k) < -touching
    end function is_open
 
    !> Part of its first stiffness that a joint keeps in the tangent when it is open.

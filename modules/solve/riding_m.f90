@@ -1,0 +1,317 @@
+!> Walls that ride on their asperities (`coupling = 'coupled'`): the dilation that pushes a joint's walls, found together with
+!> the pressure it makes.
+!>
+!> At the integration points of a joint the closure by stress is the overlap plus the dilation d (eq 23a, integrated). The
+!> dilation of a slip in turn depends on the normal stress sn, the mean of the points. A step takes it at the mean closure
+!> of its start and its end,
+!>
+!>     d = d0 + C(s_p) + E(s(sn)),    s(sn) = stress((v0 + closure(sn))/2),    sn = mean of stress(overlap + d)
+!>
+!> which makes the step of second order. E, what dilates, falls with the stress: the equation has one root. C, what contracts
+!> before u/up = 1/4, grows with it: a stress that rises makes a rough joint contract less, which raises the stress, and there
+!> may be no root or several; even where there is one, the closure of stiff walls says little of the stress they will be
+!> under. C is therefore taken at a stress s_p that changes as in the step before, and takes no more than the closure of the
+!> start: stress presses asperities into each other, and cannot thereby part the walls. Walls that come to bear in a step
+!> dilate by a part of its slip: nothing jumps when they touch.
+module riding_m
+   use kinds_m, only: wp
+   use joint_point_m, only: joint_point_t, joint_slip_t, joint_dilation_t
+   use joint_law_m, only: joint_law_t, joint_dilation, joint_retrace
+   use joint_law_m, only: joint_closure_stress, joint_closure, joint_normal_stiffness
+   implicit none
+   private
+
+   public :: ride, closure_pressure, pressure_stiffness
+
+   !> The dilation of one joint at the end of a step
+   type, public :: ride_t
+      !> Dilation [mm] and its derivative by the slip of the step [-]
+      real(wp) :: dilation = 0.0_wp, by_slip = 0.0_wp
+      !> How the law is to take the slip
+      type(joint_slip_t) :: slip
+   end type ride_t
+
+   !> Part of the slip beyond u_max that dilates
+   type :: share_t
+      !> [-]; d (slip that dilates)/d slip [-]
+      real(wp) :: part = 1.0_wp, by_slip = 1.0_wp
+      !> Point that decides (0: none), and d part/d its overlap [1/mm]
+      integer :: top = 0
+      real(wp) :: by_top = 0.0_wp
+   end type share_t
+
+   !> One joint in a step
+   type :: step_t
+      type(joint_law_t) :: law
+      !> Penalty stiffness of the walls; 0: the joint's own [MPa/mm]
+      real(wp) :: penalty
+      !> At the start of the step; its closure by stress [mm]
+      type(joint_point_t) :: start
+      real(wp) :: closure
+      !> Slip beyond u_max, and the part of it that dilates [mm]
+      real(wp) :: beyond = 0.0_wp, dilating = 0.0_wp
+      !> Law and penalty of the joint faced at each integration point (points); not allocated: its own
+      type(joint_law_t), allocatable :: faced_law(:)
+      real(wp), allocatable :: faced_penalty(:)
+   end type step_t
+
+   !> A joint this near to u_max goes on, as far as derivatives are concerned [mm]: increments start there, most on their way
+   !> out, and the slope by which walls go back is another
+   real(wp), parameter :: at_end = 1.0e-12_wp
+   !> The root is as good as the rounding of the closures lets it be [mm]; steps to it, at most
+   real(wp), parameter :: least_error = 1.0e-16_wp, relative_error = 4.0_wp*epsilon(1.0_wp)
+   integer, parameter :: most_steps = 100
+
+contains
+
+   !> Find the dilation of a joint at the end of a step.
+   pure subroutine ride(law, penalty, start, du, overlap, weight, found, by_overlap, by_weight, rock_stress, faced_law, &
+                        faced_penalty)
+      type(joint_law_t), intent(in) :: law
+      !> Penalty stiffness of the walls; 0: the joint's own [MPa/mm]
+      real(wp), intent(in) :: penalty
+      !> Joint at the start of the step
+      type(joint_point_t), intent(in) :: start
+      !> Slip of the step [mm]
+      real(wp), intent(in) :: du
+      !> Overlap of the integration points without dilation [mm], their weight as a part of what is covered (points)
+      real(wp), intent(in) :: overlap(:), weight(:)
+      type(ride_t), intent(out) :: found
+      !> d dilation/d overlap [-] and d dilation/d weight [mm] (points)
+      real(wp), intent(out) :: by_overlap(:), by_weight(:)
+      !> Normal stress that the law is given, when it is not that of the points [MPa]
+      real(wp), intent(in), optional :: rock_stress
+      !> Law and penalty of the joint whose wall is faced at each point, the joint's own where there is no other: the softer one
+      !> holds (points)
+      type(joint_law_t), intent(in), optional :: faced_law(:)
+      real(wp), intent(in), optional :: faced_penalty(:)
+      type(step_t) :: step
+      real(wp) :: stress(size(overlap)), stiffness(size(overlap)), mean, slope
+      type(share_t) :: share
+      type(joint_dilation_t) :: part
+      real(wp) :: side
+
+      by_overlap = 0.0_wp
+      by_weight = 0.0_wp
+      step%law = law
+      step%penalty = penalty
+      step%start = start
+      step%beyond = max(0.0_wp, abs(start%u + du) - start%u_max)
+      if (present(faced_law)) then
+         step%faced_law = faced_law
+         step%faced_penalty = faced_penalty
+      end if
+      step%closure = closure_of(step, start%sn)
+      call joint_retrace(law, start, start%u + du, found%dilation, found%by_slip)
+      if (abs(du) <= 0.0_wp) found%dilation = start%dilation
+      call press(step, overlap, weight, found%dilation, stress, stiffness, mean, slope)
+      if (present(rock_stress)) mean = rock_stress
+      call mean_stress(step, mean, found%slip%stress, found%slip%stress_sn)
+      found%slip%touching = start%sn > 0.0_wp .or. mean > 0.0_wp
+      if (.not. found%slip%touching .or. abs(start%u + du) < start%u_max - at_end) return
+      side = sign(1.0_wp, start%u + du)
+      call share_slip(step, overlap, found%dilation, share)
+      found%slip%dilation = 0.0_wp
+      call contract(step, found%slip%dilation, found%slip%dilation_u)
+      if (present(rock_stress)) then
+         ! The stress of the rock does not depend on the dilation
+         found%slip%stress_sn = 0.0_wp
+         part = joint_dilation(law, start, step%dilating, found%slip%stress)
+         found%slip%dilation = found%slip%dilation + part%expansion
+         found%slip%dilation_u = side*(found%slip%dilation_u + share%by_slip*part%expansion_u)
+      else
+         call expand(step, side, share, overlap, weight, found, by_overlap, by_weight)
+      end if
+      found%dilation = found%dilation + found%slip%dilation
+      found%by_slip = found%slip%dilation_u
+   end subroutine ride
+
+   !> Part of the slip that dilates: all of it where the walls touched at the start; where they come to bear it grows from
+   !> nothing over a closure as large as the slip.
+   pure subroutine share_slip(step, overlap, dilation, share)
+      type(step_t), intent(inout) :: step
+      real(wp), intent(in) :: overlap(:)
+      !> Dilation without slip beyond u_max [mm]
+      real(wp), intent(in) :: dilation
+      type(share_t), intent(out) :: share
+      real(wp) :: closing
+
+      if (step%start%sn <= 0.0_wp .and. size(overlap) > 0) then
+         share%top = maxloc(overlap, dim=1)
+         closing = max(0.0_wp, overlap(share%top) + dilation)
+         share%part = closing/max(tiny(1.0_wp), closing + step%beyond)
+         share%by_slip = share%part**2
+         if (closing > 0.0_wp) share%by_top = step%beyond/(closing + step%beyond)**2
+      end if
+      step%dilating = share%part*step%beyond
+   end subroutine share_slip
+
+   !> Contraction under a stress that changes as in the last step, within bounds, for who knows; the closure of the start is
+   !> the most there is to take.
+   pure subroutine contract(step, contraction, by_slip)
+      type(step_t), intent(in) :: step
+      !> [mm], and its derivative by the slip beyond u_max [-]
+      real(wp), intent(out) :: contraction, by_slip
+      real(wp), parameter :: most = 1.5_wp
+      !> Walls that are closed by less only just touch: what they could contract is over before it has begun [mm]
+      real(wp), parameter :: just_touching = 1.0e-6_wp
+      type(joint_dilation_t) :: part
+      real(wp) :: closure, root
+
+      contraction = 0.0_wp
+      by_slip = 0.0_wp
+      closure = joint_closure(step%law, step%start%sn)
+      if (closure <= just_touching) return
+      associate (sn => step%start%sn, change => step%start%last_change)
+         part = joint_dilation(step%law, step%start, step%beyond, min(max(sn + 0.5_wp*change, sn/most), sn*most))
+      end associate
+      ! Of second order in the step
+      root = sqrt(1.0_wp + (part%contraction/closure)**2)
+      contraction = part%contraction/root
+      by_slip = part%contraction_u/root**3
+   end subroutine contract
+
+   !> Expansion at the mean of start and end: the root of dilation - known part - E(s(sn(dilation))), which grows with the
+   !> dilation, by Newton's method within the bounds it is found to lie between.
+   pure subroutine expand(step, side, share, overlap, weight, found, by_overlap, by_weight)
+      type(step_t), intent(in) :: step
+      !> Sign of the slip beyond u_max
+      real(wp), intent(in) :: side
+      type(share_t), intent(in) :: share
+      real(wp), intent(in) :: overlap(:), weight(:)
+      !> Its slip%dilation is the contraction in, with its derivative; all that the slip adds out
+      type(ride_t), intent(inout) :: found
+      real(wp), intent(inout) :: by_overlap(:), by_weight(:)
+      type(joint_dilation_t) :: part
+      real(wp) :: stress(size(overlap)), stiffness(size(overlap)), mean, slope
+      real(wp) :: known, low, high, dilation, error, by_mean
+      integer :: i
+
+      known = found%dilation + found%slip%dilation
+      low = known
+      high = huge(high)
+      dilation = known
+      do i = 1, most_steps
+         call press(step, overlap, weight, dilation, stress, stiffness, mean, slope)
+         call mean_stress(step, mean, found%slip%stress, found%slip%stress_sn)
+         part = joint_dilation(step%law, step%start, step%dilating, found%slip%stress)
+         by_mean = part%expansion_sn*found%slip%stress_sn
+         error = dilation - known - part%expansion
+         if (error < 0.0_wp) then
+            low = max(low, dilation)
+         else
+            high = min(high, dilation)
+         end if
+         if (abs(error) <= least_error + relative_error*(abs(dilation) + part%expansion)) exit
+         if (high - low <= least_error + relative_error*abs(high)) exit
+         ! What expands falls with the stress, but where the mid-point rule takes very long slips
+         dilation = dilation - error/max(1.0_wp, 1.0_wp - by_mean*slope)
+         if (.not. (dilation > low .and. dilation < high)) dilation = 0.5_wp*(low + high)
+      end do
+      found%slip%dilation = dilation - found%dilation
+      by_overlap = by_mean*stiffness
+      if (share%top > 0) by_overlap(share%top) = by_overlap(share%top) + part%expansion_u*step%beyond*share%by_top
+      by_weight = by_mean*stress
+      ! All of it changes the pressure, and that the dilation
+      by_overlap = by_overlap/(1.0_wp - by_mean*slope)
+      by_weight = by_weight/(1.0_wp - by_mean*slope)
+      found%slip%dilation_u = side*(found%slip%dilation_u + share%by_slip*part%expansion_u)/(1.0_wp - by_mean*slope)
+   end subroutine expand
+
+   !> Pressure of the integration points for a dilation.
+   pure subroutine press(step, overlap, weight, dilation, stress, stiffness, mean, slope)
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: overlap(:), weight(:)
+      !> [mm]
+      real(wp), intent(in) :: dilation
+      !> Normal stress [MPa] and d mean/d overlap [MPa/mm] (points)
+      real(wp), intent(out) :: stress(:), stiffness(:)
+      !> Normal stress of the joint [MPa], d mean/d dilation [MPa/mm]
+      real(wp), intent(out) :: mean, slope
+      real(wp) :: other
+      integer :: k
+
+      stiffness = 0.0_wp
+      do k = 1, size(overlap)
+         stress(k) = stress_of(step, overlap(k) + dilation)
+         if (stress(k) <= 0.0_wp) cycle
+         stiffness(k) = weight(k)*stiffness_of(step, stress(k))
+         if (.not. allocated(step%faced_law)) cycle
+         other = closure_pressure(step%faced_law(k), step%faced_penalty(k), overlap(k) + dilation)
+         if (other >= stress(k)) cycle
+         stress(k) = other
+         stiffness(k) = weight(k)*pressure_stiffness(step%faced_law(k), step%faced_penalty(k), other)
+      end do
+      mean = sum(weight*stress)
+      slope = sum(stiffness)
+   end subroutine press
+
+   !> Normal stress at the mean of the closures of start and end.
+   pure subroutine mean_stress(step, sn, stress, stress_sn)
+      type(step_t), intent(in) :: step
+      !> Normal stress at the end [MPa]
+      real(wp), intent(in) :: sn
+      !> [MPa], and its derivative by sn [-]
+      real(wp), intent(out) :: stress, stress_sn
+
+      stress = stress_of(step, 0.5_wp*(step%closure + closure_of(step, sn)))
+      stress_sn = 0.5_wp*stiffness_of(step, stress)/stiffness_of(step, sn)
+   end subroutine mean_stress
+
+   !> Normal stress of a closure [MPa].
+   pure real(wp) function stress_of(step, closure)
+      type(step_t), intent(in) :: step
+      !> [mm]
+      real(wp), intent(in) :: closure
+
+      stress_of = closure_pressure(step%law, step%penalty, closure)
+   end function stress_of
+
+   !> Pressure of walls that have closed, by a joint's law or its penalty [MPa].
+   pure real(wp) function closure_pressure(law, penalty, closure) result(pressure)
+      type(joint_law_t), intent(in) :: law
+      !> 0: the law's own stiffness [MPa/mm]
+      real(wp), intent(in) :: penalty
+      !> [mm]
+      real(wp), intent(in) :: closure
+
+      if (penalty > 0.0_wp) then
+         pressure = max(0.0_wp, penalty*closure)
+      else
+         pressure = joint_closure_stress(law, closure)
+      end if
+   end function closure_pressure
+
+   !> d closure_pressure/d closure at a pressure [MPa/mm].
+   pure real(wp) function pressure_stiffness(law, penalty, pressure) result(stiffness)
+      type(joint_law_t), intent(in) :: law
+      !> [MPa/mm], [MPa]
+      real(wp), intent(in) :: penalty, pressure
+
+      stiffness = penalty
+      if (penalty <= 0.0_wp) stiffness = joint_normal_stiffness(law, pressure)
+   end function pressure_stiffness
+
+   !> Closure under a normal stress, the inverse of stress_of [mm].
+   pure real(wp) function closure_of(step, stress)
+      type(step_t), intent(in) :: step
+      !> [MPa]
+      real(wp), intent(in) :: stress
+
+      if (step%penalty > 0.0_wp) then
+         closure_of = stress/step%penalty
+      else
+         closure_of = joint_closure(step%law, stress)
+      end if
+   end function closure_of
+
+   !> d stress_of/d closure [MPa/mm].
+   pure real(wp) function stiffness_of(step, stress)
+      type(step_t), intent(in) :: step
+      !> [MPa]
+      real(wp), intent(in) :: stress
+
+      stiffness_of = pressure_stiffness(step%law, step%penalty, stress)
+   end function stiffness_of
+
+end module riding_m
