@@ -111,8 +111,9 @@ program femdem
          case (solver_relaxation)
             call relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
          end select
-         if (errors%any()) call stop_with(status_failed)
          place = place_t(stage, cycle)
+         if (allocated(report%moved)) call results%record_failure(scene, state, place, report%unbalanced, report%moved, errors)
+         if (errors%any()) call stop_with(status_failed)
          call results%record(scene, state, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
                              stage == size(deck%stage) .and. cycle == deck%stage(stage)%cycles, errors)
          if (errors%any()) call stop_with(status_failed)

@@ -19,14 +19,14 @@ module implicit_group_m
       real(wp) :: tolerance = 1.0e-7_wp
       !> Iterations after which an increment is halved
       integer :: max_iterations = 30
-      !> Times that a cycle's increment may be halved
-      integer :: largest_cut = 10
+      !> Halvings of a cycle's increment before the way to rest is followed in pseudo-time
+      integer :: largest_cut = 2
       !> Halvings of an iteration's correction
       integer :: line_search = 8
       !> Matrix: kept while iterations converge with it, or new in every iteration
       character(len=option_length) :: matrix = 'kept'
-      !> Steps of pseudo-time in which a crack that runs on by itself must come to rest
-      integer :: max_pseudo_steps = 300
+      !> Steps of pseudo-time in which a crack or slip that runs on by itself must come to rest
+      integer :: max_pseudo_steps = 2000
       !> Bodies that nothing holds: refused, or held by weak springs in the matrix alone
       character(len=option_length) :: loose_bodies = 'refuse'
    end type implicit_t

@@ -28,11 +28,14 @@ module results_m
       type(fields_t) :: fields
       !> Cracks in their table
       integer :: cracks = 0
+      !> Step of the run when it was last recorded
+      integer(i8) :: recorded = -1_i8
       !> Time of the last checkpoint (clock counts)
       integer(i8) :: last_checkpoint = 0_i8
    contains
       procedure :: open => open_results
       procedure :: record
+      procedure :: record_failure
       procedure :: close => close_results
    end type results_t
 
@@ -161,6 +164,7 @@ contains
       integer(i8) :: now, rate
       logical :: snapshot
 
+      self%recorded = state%step
       associate (settings => scene%deck%output)
          if (mod(place%cycle, settings%history_every) == 0 .or. stage_is_over) &
             call self%history%write_row(row(scene, state, place, unbalanced), errors)
@@ -181,6 +185,38 @@ contains
          end if
       end associate
    end subroutine record
+
+   !> A cycle that found no rest: the state it ended with in history, fields and block edges, and what slipped after the last
+   !> rest in collapse.csv. The checkpoint stays that of a completed cycle.
+   subroutine record_failure(self, scene, state, place, unbalanced, moved, errors)
+      class(results_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: place
+      real(wp), intent(in) :: unbalanced
+      !> Slip since the last rest (joints) [mm]
+      real(wp), intent(in) :: moved(:)
+      type(error_list_t), intent(inout) :: errors
+
+      call write_edge_table('collapse.csv', moved)
+      ! Nothing new where the last rest was the end of a cycle
+      if (state%step == self%recorded .and. .not. scene%can_break) return
+      call self%history%write_row(row(scene, state, place, unbalanced), errors)
+      call note_cracks_in_table(self, scene, errors)
+      call write_fields(self, scene, state, place, errors)
+      call write_edge_table('edges.csv', state%joint%u)
+
+   contains
+
+      subroutine write_edge_table(name, slip)
+         character(len=*), intent(in) :: name
+         real(wp), intent(in) :: slip(:)
+
+         call write_edges(self%directory//name, edge_sums(scene%topology%edge_of_joint, scene%split%joint_group, &
+                                                          scene%joints%length, slip, state%aperture), scene%split%group, errors)
+      end subroutine write_edge_table
+
+   end subroutine record_failure
 
    !> One row of the history, in the order of history_columns.
    pure function row(scene, state, place, unbalanced)

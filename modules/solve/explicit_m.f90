@@ -40,6 +40,8 @@ module explicit_m
       real(wp) :: unbalanced = 0.0_wp
       !> Did the rest end at the equilibrium asked for? True when none was asked for
       logical :: balanced = .true.
+      !> Slip of the joints since the last rest, when none was found after it (joints) [mm]; else not allocated
+      real(wp), allocatable :: moved(:)
       !> Root of the largest kinetic energy that loads gave to the rock over the work of the run so far [-]: about how much
       !> further than to rest it swung
       real(wp) :: overshoot = 0.0_wp

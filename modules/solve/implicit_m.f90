@@ -3,12 +3,13 @@
 !>
 !> A cycle is a load increment: prescribed velocities times the move time are its prescribed displacements, loads go to
 !> their value at the cycle's end. Rock that breaks is cut between increments, and equilibrium found again at the same
-!> loads. Where there is none nearby, because a crack runs on by itself, the way to the next is followed in pseudo-time.
+!> loads. Where there is none nearby, because a crack or slip runs on by itself, the way to the next is followed in
+!> pseudo-time.
 module implicit_m
    use kinds_m, only: wp, i8
    use constants_m, only: unset
    use errors_m, only: error_list_t
-   use text_m, only: to_text
+   use text_m, only: to_text, quoted
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
    use scene_m, only: scene_t
@@ -43,14 +44,20 @@ module implicit_m
       procedure :: close => close_solver
    end type implicit_solver_t
 
+   !> What is left of a cycle is nothing below this part of it: rounding
+   real(wp), parameter :: least_part = 1.0e-9_wp
    !> An increment that took no more iterations than this is followed by a longer one
    integer, parameter :: easy = 12
    !> A first guess with a greater unbalanced force ratio than this is compared with standing still
    real(wp), parameter :: near = 0.1_wp
    !> Contact of other surfaces may carry this share of all forces before the answer is refused
    real(wp), parameter :: negligible = 1.0e-2_wp
-   !> Rock that breaks: halvings of an increment before it is followed in pseudo-time
-   integer, parameter :: patience = 2
+   !> Rock that cannot break has collapsed when it has moved by this part of the scene in pseudo-time
+   real(wp), parameter :: collapsed = 0.1_wp
+   !> Block edges named in the message of a collapse
+   integer, parameter :: most_named = 3
+   !> Ends of the way in pseudo-time: at rest, moved too far, too heavy a drag, too many steps
+   integer, parameter :: end_rest = 0, end_far = 1, end_stuck = 2, end_long = 3
    !> Pseudo-time: drag of the first step, factors by which it falls after an easy step and grows after one without
    !> equilibrium, drag that lets nothing move any more, and drag so light that equilibrium without it is worth a try
    real(wp), parameter :: first_drag = 1.0_wp, lighter = 0.25_wp, heavier = 4.0_wp, heaviest = 1.0e6_wp, light = 1.0e-9_wp
@@ -78,7 +85,7 @@ contains
       type(error_list_t), intent(inout) :: errors
       type(newton_increment_t) :: increment
       real(wp) :: done, part, level, duration
-      integer :: iterations
+      integer :: iterations, ending
       logical :: found
 
       if (stage /= self%stage) call prepare_stage(self, scene, stage, cycle, log, state, errors)
@@ -99,18 +106,22 @@ contains
          else
             call give_up_increment(self, scene, increment, state)
             self%part = 0.5_wp*self%part
-            if (self%part >= 0.5_wp**patience) cycle
-            call follow(self, scene, level, duration, log, state, found)
+            if (self%part >= 0.5_wp**scene%deck%implicit%largest_cut) cycle
+            call follow(self, scene, level, duration, state, ending)
+            found = ending == end_rest
             self%move_part = 0.0_wp
-            self%part = 0.5_wp**patience
+            self%part = 0.5_wp**scene%deck%implicit%largest_cut
          end if
-         if (found .and. scene%can_break) call let_crack(self, scene, level, log, state, found)
+         if (found .and. scene%can_break) then
+            call let_crack(self, scene, level, state, ending)
+            found = ending == end_rest
+         end if
          if (.not. found) then
-            call report_failure(scene, stage, cycle, level, state, errors)
+            call report_failure(scene, stage, cycle, level, ending, increment, state, report, errors)
             return
          end if
          done = done + part
-         if (1.0_wp - done < 0.5_wp**(scene%deck%implicit%largest_cut + 1)) done = 1.0_wp
+         if (1.0_wp - done < least_part) done = 1.0_wp
          state%time = state%time + duration
          state%step = state%step + 1_i8
          report%steps = report%steps + 1_i8
@@ -125,20 +136,19 @@ contains
 
    !> Note what has broken, cut the edges whose stress has reached the strength, and come to rest again at the same loads,
    !> until nothing more breaks.
-   subroutine let_crack(self, scene, level, log, state, found)
+   subroutine let_crack(self, scene, level, state, ending)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
-      type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
-      !> Is there rest?
-      logical, intent(out) :: found
+      !> How it ends
+      integer, intent(out) :: ending
       type(newton_increment_t) :: increment
       integer :: iterations
-      logical :: changed
+      logical :: changed, found
 
-      found = .true.
+      ending = end_rest
       do
          call break_rock(self, scene, level, state, changed)
          if (.not. changed) return
@@ -148,8 +158,8 @@ contains
             call account_increment(scene, increment%start, state)
          else
             call give_up_increment(self, scene, increment, state)
-            call follow(self, scene, level, 0.0_wp, log, state, found)
-            if (.not. found) return
+            call follow(self, scene, level, 0.0_wp, state, ending)
+            if (ending /= end_rest) return
          end if
       end do
    end subroutine let_crack
@@ -179,23 +189,24 @@ contains
    !> Follow the rock in pseudo-time to where it comes to rest: steps of Newton's method in which a drag proportional to the
    !> rock's stiffness resists the motion of each step. What a real crack gives to motion, the drag takes up. It is heavy at
    !> first and becomes lighter as steps are found easily. Rock may break after each step.
-   subroutine follow(self, scene, level, duration, log, state, found)
+   subroutine follow(self, scene, level, duration, state, ending)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
       !> Time that prescribed velocities act [s]
       real(wp), intent(in) :: duration
-      type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
-      !> Is there rest?
-      logical, intent(out) :: found
+      !> How it ends
+      integer, intent(out) :: ending
       type(newton_increment_t) :: increment
+      real(wp), allocatable :: began(:, :)
       real(wp) :: drag, to_come, tolerance, unbalanced
       integer :: iterations, step, found_since
-      logical :: changed, stepped, free, calming
+      logical :: changed, stepped, free, calming, found
 
-      found = .false.
+      ending = end_long
+      allocate (began, source=state%u)
       drag = first_drag
       to_come = duration
       calming = .false.
@@ -220,12 +231,14 @@ contains
          if (.not. stepped) then
             call give_up_increment(self, scene, increment, state)
             if (.not. free .or. drag <= light) drag = heavier*drag
-            if (drag > heaviest) exit
+            if (drag > heaviest) ending = end_stuck
+            if (drag > heaviest) return
             if (.not. free) found_since = 0
             cycle
          end if
          to_come = 0.0_wp
-         if (has_left(scene, increment, state)) exit
+         if (has_collapsed(scene, began, state) .or. has_left(scene, increment, state)) ending = end_far
+         if (ending == end_far) return
          if (increment%drag > 0.0_wp) then
             increment%drag = 0.0_wp
             call evaluate(scene, increment, state)
@@ -235,14 +248,26 @@ contains
          ! Calmer than before: there may be rest nearby
          calming = unbalanced_ratio(scene%loads, state) < calm*unbalanced
          call break_rock(self, scene, level, state, changed)
-         if (found .and. .not. changed) return
-         found = .false.
+         if (found .and. .not. changed) ending = end_rest
+         if (ending == end_rest) return
          found_since = found_since + 1
          if (iterations <= easy_pseudo .and. found_since >= in_a_row) drag = lighter*drag
       end do
-      call log%warn('rock that breaks does not come to rest in '//to_text(min(step, scene%deck%implicit%max_pseudo_steps))// &
-                    ' steps of pseudo-time')
    end subroutine follow
+
+   !> Has rock that cannot break moved so far on the way to rest that nothing holds it? Fragments may.
+   pure logical function has_collapsed(scene, began, state)
+      type(scene_t), intent(in) :: scene
+      !> Displacement at the start of the way (2, nodes) [m]
+      real(wp), intent(in) :: began(:, :)
+      type(state_t), intent(in) :: state
+      real(wp) :: extent(2)
+
+      has_collapsed = .false.
+      if (scene%can_break) return
+      extent = maxval(scene%split%x, dim=2) - minval(scene%split%x, dim=2)
+      has_collapsed = maxval(abs(state%u - began), mask=.not. scene%loads%fixed) > collapsed*maxval(extent)
+   end function has_collapsed
 
    !> A new stage prescribes other displacements: other unknowns, another pattern, nothing to extrapolate from.
    subroutine prepare_stage(self, scene, stage, cycle, log, state, errors)
@@ -366,29 +391,84 @@ contains
       self%factored = .false.
    end subroutine give_up_increment
 
-   subroutine report_failure(scene, stage, cycle, level, state, errors)
-      type(scene_t), intent(in) :: scene
+   !> No rest: say when, where and what moves. Rock that cannot break goes back to where it rested last, which the caller writes.
+   subroutine report_failure(scene, stage, cycle, level, ending, increment, state, report, errors)
+      type(scene_t), intent(inout) :: scene
       integer, intent(in) :: stage, cycle
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
-      type(state_t), intent(in) :: state
+      !> How the way in pseudo-time ended
+      integer, intent(in) :: ending
+      !> Starts at the last rest
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(inout) :: state
+      type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: why, advice
+      integer :: joints, most
 
-      character(len=:), allocatable :: tried, advice
-
-      if (scene%can_break) then
-         tried = 'though the rock was followed in steps of pseudo-time'
-         advice = 'what is left of it may not carry the load, or else try a larger &implicit max_pseudo_steps, more cycles, '// &
-                  'or solver = ''explicit'' where fragments fly'
-      else
-         tried = 'though the increment was halved '//to_text(scene%deck%implicit%largest_cut)//' times'
-         advice = 'try more cycles, a larger &implicit largest_cut, or solver = ''explicit'' where blocks come loose or the '// &
-                  'load exceeds what holds them'
+      joints = size(increment%start%joint)
+      report%moved = state%joint%u
+      report%moved(:joints) = state%joint(:joints)%u - increment%start%joint%u
+      why = ' in '//to_text(scene%deck%implicit%max_pseudo_steps)//' steps of pseudo-time'
+      advice = 'a larger &implicit max_pseudo_steps follows it further'
+      select case (ending)
+      case (end_far)
+         why = ': nothing holds the load'
+         advice = 'less load or other supports hold it; solver = ''explicit'' follows the motion'
+      case (end_stuck)
+         why = ', and steps of pseudo-time find no way on'
+         advice = 'more cycles or solver = ''relaxation'' may find it'
+      end select
+      why = 'no rest at time '//to_text(state%time)//' s (stage '//quoted(scene%deck%stage(stage)%name)//', cycle '// &
+            to_text(cycle)//', load level '//to_text(level)//')'//why
+      if (.not. scene%can_break) then
+         most = maxloc(sum((state%u - increment%start%u)**2, dim=1, mask=.not. scene%loads%fixed), dim=1)
+         why = why//'; most moves the rock near '//place_text(scene%split%x(:, most), scene%split%datum)//', by '// &
+               to_text(norm2(state%u(:, most) - increment%start%u(:, most)))//' m'
+         call go_back(scene, increment, state)
       end if
-      call errors%add('no equilibrium found at time '//to_text(state%time)//' s (stage '''// &
-                      trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', load level '// &
-                      to_text(level)//') '//tried//'; '//advice)
+      report%unbalanced = unbalanced_ratio(scene%loads, state)
+      call errors%add(why//moving_edges(scene, report%moved)//'; '//advice//'. The state written last is '// &
+                      trim(merge('that of the last step ', 'the last one at rest  ', scene%can_break)))
    end subroutine report_failure
+
+   !> The block edges that have slipped most.
+   function moving_edges(scene, moved) result(text)
+      type(scene_t), intent(in) :: scene
+      !> Slip since the last rest (joints) [mm]
+      real(wp), intent(in) :: moved(:)
+      character(len=:), allocatable :: text
+      real(wp), allocatable :: slip(:)
+      integer :: i, edge, joint
+
+      text = ''
+      if (size(scene%topology%edge_length) == 0) return
+      slip = [(mean_slip(i), i=1, size(scene%topology%edge_length))]
+      do i = 1, min(most_named, size(slip))
+         edge = maxloc(slip, dim=1)
+         if (slip(edge) <= 0.0_wp) exit
+         joint = findloc(scene%topology%edge_of_joint, edge, dim=1)
+         if (i == 1) text = '; block edges that slip:'
+         if (i > 1) text = text//','
+         text = text//' '//to_text(edge)//' at '//place_text(scene%split%x(:, scene%split%joint(1, joint)), scene%split%datum)// &
+                ' ('//to_text(slip(edge))//' mm)'
+         slip(edge) = 0.0_wp
+      end do
+
+   contains
+
+      !> Mean slip of a block edge [mm].
+      pure real(wp) function mean_slip(edge)
+         integer, intent(in) :: edge
+         logical :: member(size(moved))
+
+         member = scene%topology%edge_of_joint == edge
+         mean_slip = 0.0_wp
+         if (any(member)) mean_slip = sum(scene%joints%length*abs(moved), mask=member)/sum(scene%joints%length, mask=member)
+      end function mean_slip
+
+   end function moving_edges
 
    !> Say what it took and give back the memory of the matrix.
    subroutine close_solver(self, log)
@@ -398,8 +478,8 @@ contains
       if (self%stage > 0) call log%say('implicit  '//to_text(self%system%unknowns)//' unknowns in the last stage; '// &
                                        to_text(self%iterations)//' iterations, '//to_text(self%factorisations)// &
                                        ' factorisations, '//to_text(self%patterns)//' patterns')
-      if (self%pseudo_steps > 0_i8) call log%say('implicit  '//to_text(self%pseudo_steps)//' steps of pseudo-time where '// &
-                                                 'cracks ran on by themselves')
+      if (self%pseudo_steps > 0_i8) call log%say('implicit  '//to_text(self%pseudo_steps)//' steps of pseudo-time, where '// &
+                                                 'slip or cracks ran on by themselves')
       call self%lu%free()
    end subroutine close_solver
 
