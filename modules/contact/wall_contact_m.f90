@@ -29,7 +29,8 @@ module wall_contact_m
    real(wp), parameter :: least_overlap = 1.0e-9_wp
    !> Walls that have passed through each other by more than this part of an edge are not in contact but lost
    real(wp), parameter :: deepest = 1.0_wp
-   !> The same for the walls of new cracks, whose fragments may go anywhere: beyond it they never were in contact here
+   !> The same for the walls of new cracks, whose fragments may go anywhere. In both cases beyond the overlap before: contact
+   !> that deepens bit by bit is held at any depth
    real(wp), parameter :: deepest_crack = 1.0e-3_wp
    !> Contact lets go from this part of the deepest overlap on, so that no force jumps there
    real(wp), parameter, public :: lets_go = 0.5_wp
@@ -49,8 +50,9 @@ module wall_contact_m
       logical :: moved_on = .false.
       !> Current length of each wall edge (walls) [m]; its tangent, i of an upper wall, -i of a lower one (2, walls)
       real(wp), allocatable :: length(:), tangent(:, :)
-      !> Overlap over its length beyond which a wall edge is not in contact (walls)
-      real(wp), allocatable :: deepest(:)
+      !> Overlap over its length that a wall edge had when it was looked at last, and by how much it may be deeper now: beyond
+      !> that it has come from elsewhere and is not in contact (walls)
+      real(wp), allocatable :: reached(:), deepest(:)
       !> Integration points: number, wall edge, joint whose wall it faces (0: none), four nodes (A', B', p, q)
       integer :: points = 0
       integer, allocatable :: wall(:), faced_joint(:), point_node(:, :)
@@ -87,7 +89,8 @@ contains
       walls%joint = [(joint((w + 1)/2), w=1, 2*size(joint))]
       walls%deepest = merge(deepest, deepest_crack, split%joint_group(walls%joint) > 0)
       walls%surface = split%surface
-      allocate (walls%length(size(walls%joint)), walls%tangent(2, size(walls%joint)), source=0.0_wp)
+      allocate (walls%length(size(walls%joint)), walls%reached(size(walls%joint)), walls%tangent(2, size(walls%joint)), &
+                source=0.0_wp)
       allocate (edge_of(2, size(handled)), source=0)
       do e = 1, size(split%surface, 2)
          if (split%surface_joint(e) == 0) cycle
@@ -278,7 +281,7 @@ contains
       type(wall_contact_t), intent(inout) :: walls
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      integer :: w, e, steps
+      integer :: w, e, steps, before
       real(wp) :: a(2), b(2), t(2), length, from, to, part(2)
       integer :: beside(2)
       logical :: faces
@@ -291,6 +294,7 @@ contains
          t = (b - a)/length
          walls%length(w) = length
          walls%tangent(:, w) = t
+         before = walls%points
          e = walls%facing(w)
          if (e == 0) cycle
          call project(walls, e, x, u, a, t, length, from, to, faces)
@@ -312,6 +316,7 @@ contains
          if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside)
          if (part(1) > 0.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .true.)
          if (part(2) < 1.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .false.)
+         walls%reached(w) = max(0.0_wp, maxval(-walls%gap(before + 1:walls%points))/length)
       end do
    end subroutine find_overlaps
 
@@ -417,7 +422,7 @@ contains
       real(wp), intent(in) :: part(2)
       !> Nodes of the blocks beside that share it, 0: none
       integer, intent(in) :: beside(2)
-      real(wp) :: p(2), q(2), low, high, xi, eta, gap, share
+      real(wp) :: p(2), q(2), low, high, xi, eta, gap, share, deeper
       integer :: g, k, nodes(4)
 
       low = max(0.0_wp, part(1))
@@ -434,14 +439,15 @@ contains
          eta = (to - xi)/(to - from)
          ! The outward normal of a wall is its tangent turned clockwise
          gap = dot_product(p + eta*(q - p) - a - xi*(b - a), [t(2), -t(1)])
-         if (gap < -walls%deepest(w)*length) cycle
+         deeper = (-gap/length - walls%reached(w))/walls%deepest(w)
+         if (deeper > 1.0_wp) cycle
          k = walls%points + 1
          walls%points = k
          walls%wall(k) = w
          walls%faced_joint(k) = walls%wall_of(e)
          walls%point_node(:, k) = nodes
          walls%shape(:, k) = [1.0_wp - xi, xi, 1.0_wp - eta, eta]
-         walls%weight(k) = 0.5_wp*(high - low)*length*share*held_part(-gap/(walls%deepest(w)*length))
+         walls%weight(k) = 0.5_wp*(high - low)*length*share*held_part(deeper)
          walls%gap(k) = gap
          walls%part(:, k) = part
          walls%beside(:, k) = beside
@@ -467,7 +473,8 @@ contains
       slope = 6.0_wp*place*(1.0_wp - place)/(full_cosine - facing_cosine)
    end function facing_part_slope
 
-   !> Part of an overlap that is still in contact, at a depth over the deepest: all of it up to lets_go, then smoothly none.
+   !> Part of an overlap that is in contact, at a depth beyond that before over the deepest: all of it up to lets_go, then
+   !> smoothly none.
    pure real(wp) function held_part(depth)
       real(wp), intent(in) :: depth
       real(wp) :: beyond

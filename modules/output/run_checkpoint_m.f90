@@ -278,6 +278,7 @@ contains
       type(scene_t), intent(in) :: scene
 
       call file%save('facing', scene%walls%facing)
+      call file%save('reached', scene%walls%reached)
       call file%save('corners', scene%corners%held)
       if (scene%has_contact) call file%save('contact', scene%contact%save_state())
    end subroutine save_contact
@@ -288,12 +289,14 @@ contains
       type(scene_t), intent(inout) :: scene
       type(error_list_t), intent(inout) :: errors
       integer, allocatable :: facing(:)
-      real(wp), allocatable :: contact(:)
+      real(wp), allocatable :: contact(:), reached(:)
 
       allocate (facing(2*count(walls_touching(scene%joints%wall_handled, scene%joints%bonded))))
       call file%load('facing', facing, errors)
+      allocate (reached(size(facing)))
+      call file%load('reached', reached, errors)
       if (errors%any()) return
-      call restore_walls(scene, facing)
+      call restore_walls(scene, facing, reached)
       call file%load('corners', scene%corners%held, errors)
       if (errors%any()) return
       if (.not. scene%has_contact) return

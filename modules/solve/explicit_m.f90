@@ -311,7 +311,9 @@ contains
                                state%opening, state%aperture)
          do e = 1, size(scene%friction)
             associate (j => scene%exposed%surface_joint(e))
-               if (j > 0) scene%friction(e) = state%joint(j)%mu_mob                                    ! (33)
+               if (j == 0) cycle
+               ! Walls in wall contact have their own friction, and that of surfaces where they meet others
+               if (.not. scene%joints%wall_handled(j)) scene%friction(e) = state%joint(j)%mu_mob              ! (33)
             end associate
          end do
       end if

@@ -46,6 +46,8 @@ module newton_m
    type, public, extends(increment_t) :: newton_increment_t
       !> Surface edges that the walls faced at its start (walls)
       integer, allocatable :: facing(:)
+      !> Overlaps that they had (walls)
+      real(wp), allocatable :: reached(:)
       !> Sides at which corners were held at its start (pairs)
       integer, allocatable :: held(:)
       !> Longest correction of one iteration [m]
@@ -82,6 +84,7 @@ contains
 
       increment%start = state
       increment%facing = scene%walls%facing
+      increment%reached = scene%walls%reached
       increment%held = scene%corners%held
       increment%level = level
       if (scene%can_break) increment%bond = scene%bonds%point
@@ -97,6 +100,7 @@ contains
 
       state = increment%start
       scene%walls%facing = increment%facing
+      scene%walls%reached = increment%reached
       scene%corners%held = increment%held
       if (scene%can_break) scene%bonds%point = increment%bond
    end subroutine go_back
@@ -462,6 +466,7 @@ contains
       if (.not. scene%has_walls) return
       ! Walls walk to what they face now from where they were, not from where the last iteration took them
       scene%walls%facing = increment%facing
+      scene%walls%reached = increment%reached
       call find_overlaps(scene%walls, scene%split%x, state%u)
       state%joint = increment%start%joint
       call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &

@@ -180,20 +180,27 @@ contains
       type(corners_t) :: corners
       type(contact_t) :: contact
       integer, allocatable :: edge(:), facing(:, :)
+      real(wp), allocatable :: reached(:, :)
       integer :: w
       logical :: had_contact
 
       walls = scene%walls
       corners = scene%corners
       allocate (facing(2, size(scene%joints%group)), source=0)
+      allocate (reached(2, size(scene%joints%group)), source=0.0_wp)
       do w = 1, size(walls%joint), 2
          facing(:, walls%joint(w)) = walls%facing(w:w + 1)
+         reached(:, walls%joint(w)) = walls%reached(w:w + 1)
       end do
       call build_walls(scene)
       call keep_choices(corners, parent, scene%corners)
       do w = 1, size(scene%walls%joint), 2
          ! Surface edges keep their numbers
-         if (all(facing(:, scene%walls%joint(w)) > 0)) scene%walls%facing(w:w + 1) = facing(:, scene%walls%joint(w))
+         associate (j => scene%walls%joint(w))
+            if (any(facing(:, j) == 0)) cycle
+            scene%walls%facing(w:w + 1) = facing(:, j)
+            scene%walls%reached(w:w + 1) = reached(:, j)
+         end associate
       end do
       had_contact = scene%has_contact
       if (had_contact) contact = scene%contact
@@ -203,13 +210,16 @@ contains
    end subroutine renew_contact
 
    !> Wall contact of a run that goes on from a checkpoint, and general contact that does not remember anything yet.
-   subroutine restore_walls(scene, facing)
+   subroutine restore_walls(scene, facing, reached)
       type(scene_t), intent(inout) :: scene
       !> Surface edge that each wall edge faced last (walls)
       integer, intent(in) :: facing(:)
+      !> Overlap that it had over its length (walls)
+      real(wp), intent(in) :: reached(:)
 
       call build_walls(scene)
       scene%walls%facing = facing
+      scene%walls%reached = reached
       call build_contact(scene)
    end subroutine restore_walls
 
