@@ -5,7 +5,7 @@
 
 Each run is paper_choices.nml with values changed. Meshes, decks and results go to DIR (results/network/paper_choices), with
 slip_against_time.csv (a row a cycle of each run), summary.csv (a row a run) and the figure. Runs that are there already are
-kept (--again repeats them). The whole takes about half an hour on one core; the implicit case a few seconds.
+kept (--again repeats them). The whole takes about 40 minutes on one core; the implicit case a few seconds.
 
   paper       potential contact, 20 E, friction against the velocity (eq 4), held for 40 ms
   slider      the same with friction by spring and slider
@@ -15,6 +15,7 @@ kept (--again repeats them). The whole takes about half an hour on one core; the
   half_step   the paper's with half the time step (JCM and Model-II)
   finer       the paper's with elements of 40 mm in place of 60 mm (JCM and Model-II)
   everywhere  the paper's with a cohesive joint on every edge, in rock that can break, at its own step
+  held_everywhere  the slider's with joints everywhere (JCM and Model-II)
   implicit    wall contact with the joint's own stiffness, spring and slider, implicit solver
 """
 
@@ -84,6 +85,11 @@ CASES = {
         "eq 4, 40 mm", ((STEP, "scaled_step = 3.5e-7"), SHORT), size=0.04, models=("jcm", "coulomb")
     ),
     "everywhere": Case("eq 4, joints everywhere", ((SCALED, ""), (END, END + EVERYWHERE), SHORT)),
+    "held_everywhere": Case(
+        "slider, joints everywhere",
+        ((EQ_4, "friction = 'slider'"), (SCALED, ""), (END, END + EVERYWHERE), SHORT),
+        models=("jcm", "coulomb"),
+    ),
     "implicit": Case(
         "implicit",
         (
