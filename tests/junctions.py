@@ -18,7 +18,7 @@ elements are matched by their place, and their values are brought back to the sc
 their sign when the scene is turned (a wall turned by half a turn is the other wall), and change it in a mirror.
 
 --series runs the whole matrix of kinds, angles, solvers and laws, small and large slip, and writes a row for each variant.
---jump takes one mesh of a junction at 60 degrees and turns its arms from 59 to 61 in steps of 0.4: what changes in a step beyond
+--jump takes one mesh of a junction at 60 degrees and turns its arms from 59 to 61 in steps of 0.2: what changes in a step beyond
 the mean of the steps on either side is a jump. --refine presses the plate with crossing faults of `x_crossing` at elements of
 50 to 6.25 mm and loads of 0.15 to 30 MPa, in wall contact and in potential contact. --network runs a map of traces through
 phases I and II-B in every drawing.
@@ -840,7 +840,7 @@ def series(arguments, folder):
             yield {**head, "variant": "against_implicit", **row, "message": ""}
 
 
-JUMP_ANGLES = (59.0, 59.4, 59.8, 60.2, 60.6, 61.0)
+JUMP_ANGLES = tuple(59 + 0.2 * k for k in range(11))
 
 
 def jump(kind, folder, slip=0.0, size=0.05, strike=25.0, **options):

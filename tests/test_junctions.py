@@ -137,6 +137,13 @@ FAST = [("T", 59, 0.0), ("kink", 59, 0.0), ("X", 59, 3.0)]
 CASES = list(itertools.product(junctions.KINDS, junctions.ANGLES, (0.0, 3.0)))
 
 
+def solver_of(kind, slip):
+    """The three blocks of a star that are driven hang on next to nothing when they are first loaded. The implicit solver finds
+    its way there in increments that rounding decides, and large slips then differ by 1e-2 to 1e-1 (manual/testing.md);
+    relaxation keeps the bar."""
+    return "relaxation" if kind == "star" and slip else "implicit"
+
+
 def mark_of(case):
     """On either side of 60 degrees, and a sharp one: the other angles are long."""
     if case in FAST:
@@ -146,13 +153,14 @@ def mark_of(case):
 
 @pytest.mark.parametrize(("kind", "angle", "slip"), map(mark_of, CASES))
 def test_the_drawing_does_not_matter(kind, angle, slip, folder):
-    check(junctions.scene_of(kind, angle, SIZE, slip), folder, SOME if slip else tuple(junctions.VARIANTS))
+    variants = SOME if slip else tuple(junctions.VARIANTS)
+    check(junctions.scene_of(kind, angle, SIZE, slip), folder, variants, solver=solver_of(kind, slip))
 
 
 @pytest.mark.parametrize("law", ["jcm_mean", "coulomb"])
 @pytest.mark.parametrize(("kind", "slip"), itertools.product(junctions.KINDS, (0.0, 3.0)))
 def test_the_drawing_does_not_matter_to_any_law(kind, slip, law, folder):
-    check(junctions.scene_of(kind, 59, SIZE, slip), folder, SOME, law=law)
+    check(junctions.scene_of(kind, 59, SIZE, slip), folder, SOME, law=law, solver=solver_of(kind, slip))
 
 
 @pytest.mark.parametrize("kind", junctions.KINDS)
@@ -179,7 +187,7 @@ def test_the_drawing_does_not_matter_long(kind, angle, solver, law, folder):
 @pytest.mark.parametrize("slip", [0.0, 3.0])
 @pytest.mark.parametrize("law", ["jcm", "coulomb"])
 def test_no_jump_at_sixty_degrees(kind, slip, law, folder):
-    off = junctions.jump(kind, folder, slip, SIZE, law=law)
+    off = junctions.jump(kind, folder, slip, SIZE, law=law, solver=solver_of(kind, slip))
     print(kind, law, slip, off)
     assert max(off.values()) <= NO_JUMP
 
@@ -207,23 +215,41 @@ def test_corners_of_crossing_faults(size, folder):
     assert rock.depth <= rock.allowed
 
 
-@pytest.mark.parametrize("load", [0.15e6, 15e6])
-def test_walls_and_potential_of_crossing_faults(load, folder):
-    means = {
-        contact: junctions.refined(0.05, load, contact, folder)["mean"] for contact in ("wall", "potential")
-    }
-    print(means)
-    assert means["wall"] == pytest.approx(means["potential"], rel=CONTACTS)
+def walls_over_potential(angle, size, load, folder):
+    """Mean slip of the arms of a crossing in wall contact over that in potential contact, springs as stiff as the potential."""
+    scene = junctions.small_slip("X", angle, size, stress=(load / 8, load, 0.0))
+    means = [
+        np.abs(
+            junctions.run(
+                scene, junctions.VARIANTS["drawn"], folder / contact, solver, junctions.STIFF, contact=contact
+            ).of_edges("slip")
+        ).mean()
+        for contact, solver in (("wall", "implicit"), ("potential", "relaxation"))
+    ]
+    return means[0] / means[1]
+
+
+@pytest.mark.parametrize("load", [0.8e6, 8e6])
+@pytest.mark.parametrize("angle", [59, 75])
+def test_walls_and_potential_of_a_crossing(angle, load, folder):
+    """At any load: what corners hold is proportional to it. Crossing faults that slip alike are no such scene: the potential
+    lets one of them cut the other (manual/testing.md)."""
+    assert walls_over_potential(angle, SIZE, load, folder) == pytest.approx(1, abs=CONTACTS)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("load", junctions.REFINE_LOADS)
-@pytest.mark.parametrize("size", junctions.REFINE_SIZES)
-def test_walls_and_potential_of_crossing_faults_long(size, load, folder):
-    means = {
-        contact: junctions.refined(size, load, contact, folder)["mean"] for contact in ("wall", "potential")
-    }
-    assert means["wall"] == pytest.approx(means["potential"], rel=CONTACTS)
+@pytest.mark.parametrize("load", [0.15e6, 1.5e6, 15e6, 30e6])
+@pytest.mark.parametrize("size", [0.05, 0.025, 0.0125])
+def test_walls_and_potential_of_a_crossing_long(size, load, folder):
+    assert walls_over_potential(59, size, load, folder) == pytest.approx(1, abs=CONTACTS)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("size", [0.05, 0.025])
+def test_slip_of_crossing_faults_is_proportional_to_load(size, folder):
+    """It fell from 0.142 to 0.080 mm/MPa with the load: corners passed through each other, the less the more load."""
+    slips = [junctions.refined(size, load, "wall", folder / f"{load:g}")["mean"] for load in (0.15e6, 30e6)]
+    assert slips[1] == pytest.approx(slips[0], rel=5e-3)
 
 
 @pytest.mark.parametrize("size", [0.08, pytest.param(0.015, marks=pytest.mark.long)])

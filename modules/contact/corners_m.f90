@@ -37,6 +37,8 @@ module corners_m
       integer, allocatable :: held(:)
       !> Stiffness [N/m per m of thickness]; distance beyond which the corner lets go [m] (pairs)
       real(wp), allocatable :: stiffness(:), reach(:)
+      !> Part of the stiffness that acts: less than all on a solver's way to it
+      real(wp) :: part = 1.0_wp
       !> Legs of the ways from Q to P: those of pair p are first(p) to first(p + 1) - 1
       integer, allocatable :: first(:)
       !> Nodes of the blocks before and behind the arm that a leg crosses (2, legs); unit vector along the arm, unit vector
@@ -65,10 +67,10 @@ module corners_m
    !> A corner lets go when it has passed the other one by this part of an element
    real(wp), parameter :: reach_share = 0.25_wp
    !> Depths below this part of the reach are none; depths that differ by less than this part are alike
-   real(wp), parameter :: least_depth = 1.0e-5_wp, alike = 0.02_wp
+   real(wp), parameter :: least_depth = 2.0e-4_wp, alike = 0.02_wp
 
    !> Choices made one after the other in an increment: corners that wait for each other's
-   integer, parameter :: most_rounds = 8
+   integer, parameter :: most_rounds = 2
 
    public :: init_corners, decide_corners, give_up_choices, keep_choices, add_corner_forces, &
              corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
@@ -311,7 +313,7 @@ contains
          if (.not. corners%wide(p)) call let_go(depth(3 - i)/corners%reach(p), part, part_1, part_2)
          part_1 = part_1/corners%reach(p)
          part_2 = part_2/corners%reach(p)**2
-         associate (k => corners%stiffness(p), own => corners%inward(:, i, p), other => corners%inward(:, 3 - i, p))
+         associate (k => corners%part*corners%stiffness(p), own => corners%inward(:, i, p), other => corners%inward(:, 3 - i, p))
             slope = slope + k*depth(i)*(part*own + 0.5_wp*depth(i)*part_1*other)
             curvature = curvature + k*(part*outer(own, own) + depth(i)*part_1*(outer(own, other) + outer(other, own)) &
                                        + 0.5_wp*depth(i)**2*part_2*outer(other, other))

@@ -67,6 +67,8 @@ module newton_m
    real(wp), parameter :: longest_correction = 0.5_wp
    !> Rounding of the forces: this many times the machine's precision
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
+   !> Power of ten of the part of their stiffness that corners are first held with, where all at once fails
+   integer, parameter :: least_hold = -4
    !> Weak springs over the stiffness of the rock
    real(wp), parameter :: weak = 1.0e-8_wp
 
@@ -162,28 +164,19 @@ contains
       logical, intent(out) :: converged
       type(state_t) :: free
       integer, allocatable :: held(:)
-      real(wp) :: unbalanced
       integer :: choices, more
       logical :: changed
 
       choices = 0
       call iterate(self, scene, increment, tolerance, state, iterations, converged)
       do while (converged)
+         ! A step of pseudo-time is no rest
+         if (increment%drag > 0.0_wp) return
          held = scene%corners%held
          call decide_corners(scene%corners, state%u, choices, changed)
          if (.not. changed) return
          free = state
-         self%factored = .false.
-         ! From where the corners are now, or from before they came into each other
-         call evaluate(scene, increment, state)
-         unbalanced = free_norm(scene, state)
-         where (.not. scene%loads%fixed) state%u = increment%start%u
-         call evaluate(scene, increment, state)
-         if (unbalanced <= free_norm(scene, state)) then
-            state%u = free%u
-            call evaluate(scene, increment, state)
-         end if
-         call iterate(self, scene, increment, tolerance, state, more, converged)
+         call hold_corners(self, scene, increment, tolerance, state, more, converged)
          iterations = iterations + more
          if (converged) cycle
          ! Rest without the choice is better than none
@@ -195,6 +188,46 @@ contains
          return
       end do
    end subroutine equilibrate
+
+   !> Equilibrium with corners held that were free: from where they are now, or from before they came into each other; else by
+   !> a stiffness of theirs that grows from little to all of it.
+   subroutine hold_corners(self, scene, increment, tolerance, state, iterations, converged)
+      class(newton_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      !> Unbalanced force ratio
+      real(wp), intent(in) :: tolerance
+      !> In: at rest with the corners free
+      type(state_t), intent(inout) :: state
+      integer, intent(out) :: iterations
+      logical, intent(out) :: converged
+      type(state_t) :: free
+      real(wp) :: unbalanced
+      integer :: more, power
+
+      free = state
+      call evaluate(scene, increment, state)
+      unbalanced = free_norm(scene, state)
+      where (.not. scene%loads%fixed) state%u = increment%start%u
+      call evaluate(scene, increment, state)
+      if (unbalanced <= free_norm(scene, state)) then
+         state%u = free%u
+         call evaluate(scene, increment, state)
+      end if
+      self%factored = .false.
+      call iterate(self, scene, increment, tolerance, state, iterations, converged)
+      if (converged) return
+      state = free
+      do power = least_hold, 0
+         scene%corners%part = 10.0_wp**power
+         call evaluate(scene, increment, state)
+         self%factored = .false.
+         call iterate(self, scene, increment, tolerance, state, more, converged)
+         iterations = iterations + more
+         if (.not. converged) exit
+      end do
+      scene%corners%part = 1.0_wp
+   end subroutine hold_corners
 
    !> Newton's method from the first guess in state%u, whose forces are known.
    subroutine iterate(self, scene, increment, tolerance, state, iterations, converged)

@@ -11,7 +11,9 @@ PRESSED, SHEARED, STEP = 1e-4, 6e-4, 4e-5  # durations of the stages, and of a c
 def check(results):
     history = Results(results).history
     more = history["stage"] == 3
-    work = np.diff(np.concatenate([history["external_J"][history["stage"] == 2][-1:], history["external_J"][more]]))
+    work = np.diff(
+        np.concatenate([history["external_J"][history["stage"] == 2][-1:], history["external_J"][more]])
+    )
     force = work / (MORE * STEP)
     left = LENGTH - SHEAR * SHEARED
     closure = PRESS * PRESSED + MORE * STEP * (np.arange(more.sum()) + 0.5)
