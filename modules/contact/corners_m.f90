@@ -73,7 +73,7 @@ module corners_m
    integer, parameter :: most_rounds = 2
 
    public :: init_corners, decide_corners, give_up_choices, keep_choices, add_corner_forces, &
-             corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
+             any_held, corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
 
 contains
 
@@ -478,6 +478,13 @@ contains
 
       sides_held = merge(1, 0, any(corners%held(p) == [1, 2, both])) + merge(1, 0, corners%held(p) == both)
    end function sides_held
+
+   !> Is any corner held?
+   pure logical function any_held(corners)
+      type(corners_t), intent(in) :: corners
+
+      any_held = any(corners%held /= free .and. corners%held /= given_up)
+   end function any_held
 
    !> Deepest overlap of two corners beyond the closure of the joints [m], and where (pair, 0: nowhere).
    pure subroutine corner_overlap(corners, u, deepest, where)

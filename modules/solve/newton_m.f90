@@ -13,7 +13,7 @@ module newton_m
    use bond_m, only: bond_tangent
    use bonds_m, only: hold_together, is_closed
    use wall_contact_m, only: find_overlaps, add_wall_forces, points_of_joints
-   use corners_m, only: add_corner_forces, corner_tangent, corner_nodes, decide_corners, give_up_choices
+   use corners_m, only: add_corner_forces, corner_tangent, corner_nodes, decide_corners, give_up_choices, any_held
    use joints_m, only: couple_walls
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use loads_m, only: nodal_loads
@@ -168,7 +168,13 @@ contains
       logical :: changed
 
       choices = 0
+      free = state
       call iterate(self, scene, increment, tolerance, state, iterations, converged)
+      if (.not. converged .and. any_held(scene%corners) .and. increment%drag <= 0.0_wp) then
+         state = free
+         call stiffen_corners(self, scene, increment, tolerance, state, more, converged)
+         iterations = iterations + more
+      end if
       do while (converged)
          ! A step of pseudo-time is no rest
          if (increment%drag > 0.0_wp) return
@@ -203,7 +209,7 @@ contains
       logical, intent(out) :: converged
       type(state_t) :: free
       real(wp) :: unbalanced
-      integer :: more, power
+      integer :: more
 
       free = state
       call evaluate(scene, increment, state)
@@ -218,6 +224,23 @@ contains
       call iterate(self, scene, increment, tolerance, state, iterations, converged)
       if (converged) return
       state = free
+      call stiffen_corners(self, scene, increment, tolerance, state, more, converged)
+      iterations = iterations + more
+   end subroutine hold_corners
+
+   !> Equilibrium by a stiffness of the corners that grows from little to all of it.
+   subroutine stiffen_corners(self, scene, increment, tolerance, state, iterations, converged)
+      class(newton_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      type(newton_increment_t), intent(in) :: increment
+      !> Unbalanced force ratio
+      real(wp), intent(in) :: tolerance
+      type(state_t), intent(inout) :: state
+      integer, intent(out) :: iterations
+      logical, intent(out) :: converged
+      integer :: more, power
+
+      iterations = 0
       do power = least_hold, 0
          scene%corners%part = 10.0_wp**power
          call evaluate(scene, increment, state)
@@ -227,7 +250,7 @@ contains
          if (.not. converged) exit
       end do
       scene%corners%part = 1.0_wp
-   end subroutine hold_corners
+   end subroutine stiffen_corners
 
    !> Newton's method from the first guess in state%u, whose forces are known.
    subroutine iterate(self, scene, increment, tolerance, state, iterations, converged)
