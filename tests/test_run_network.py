@@ -110,7 +110,7 @@ def test_a_phase_that_fails_ends_neither_the_others_nor_the_figures(network):
     assert "jcm pull: FAILED" in done.stdout
     assert Results(network.results / "jcm" / "load").fields.stages == ["load"]
     assert "2 of 3 runs done; failed:" in done.stderr
-    assert "  jcm pull: no equilibrium" in done.stderr
+    assert "  jcm pull: no rest" in done.stderr
     for name in ("network", "edge_histograms", "stress", "displacement"):
         assert (figures / f"{name}.png").is_file(), name
     assert not (figures / "models.png").exists()

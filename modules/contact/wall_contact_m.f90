@@ -316,7 +316,8 @@ contains
          if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside)
          if (part(1) > 0.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .true.)
          if (part(2) < 1.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .false.)
-         walls%reached(w) = max(0.0_wp, maxval(-walls%gap(before + 1:walls%points))/length)
+         walls%reached(w) = 0.0_wp
+         if (walls%points > before) walls%reached(w) = max(0.0_wp, -minval(walls%gap(before + 1:walls%points))/length)
       end do
    end subroutine find_overlaps
 
