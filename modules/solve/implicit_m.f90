@@ -117,7 +117,7 @@ contains
             found = ending == end_rest
          end if
          if (.not. found) then
-            call report_failure(scene, stage, cycle, level, ending, increment, state, report, errors)
+            call report_failure(scene, stage, cycle, level, duration, ending, increment, state, report, errors)
             return
          end if
          done = done + part
@@ -392,11 +392,13 @@ contains
    end subroutine give_up_increment
 
    !> No rest: say when, where and what moves. Rock that cannot break goes back to where it rested last, which the caller writes.
-   subroutine report_failure(scene, stage, cycle, level, ending, increment, state, report, errors)
+   subroutine report_failure(scene, stage, cycle, level, duration, ending, increment, state, report, errors)
       type(scene_t), intent(inout) :: scene
       integer, intent(in) :: stage, cycle
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
+      !> Time that the increment without rest takes [s]
+      real(wp), intent(in) :: duration
       !> How the way in pseudo-time ended
       integer, intent(in) :: ending
       !> Starts at the last rest
@@ -427,6 +429,9 @@ contains
          why = why//'; most moves the rock near '//place_text(scene%split%x(:, most), scene%split%datum)//', by '// &
                to_text(norm2(state%u(:, most) - increment%start%u(:, most)))//' m'
          call go_back(scene, increment, state)
+      else
+         ! Its loads are those of the increment's end
+         state%time = state%time + duration
       end if
       report%unbalanced = unbalanced_ratio(scene%loads, state)
       call errors%add(why//moving_edges(scene, report%moved)//'; '//advice//'. The state written last is '// &

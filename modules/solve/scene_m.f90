@@ -216,8 +216,9 @@ contains
       integer :: w
 
       call init_wall_contact(scene%split, scene%joints%wall_handled, scene%walls, scene%joints%bonded)
-      call init_corners(scene%split, walls_touching(scene%joints%wall_handled, scene%joints%bonded), scene%solid%young, &
-                        scene%deck%contact%corner_factor, scene%corners)
+      ! Those of fractures: where cracks meet, fragments find each other by the general contact
+      call init_corners(scene%split, walls_touching(scene%joints%wall_handled, scene%joints%bonded) .and. &
+                        scene%split%joint_group > 0, scene%solid%young, scene%deck%contact%corner_factor, scene%corners)
       do w = 1, size(scene%walls%joint)
          associate (j => scene%walls%joint(w))
             if (scene%split%joint_group(j) > 0 .or. scene%joints%law(j)%kind == law_coulomb) cycle
