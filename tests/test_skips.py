@@ -139,7 +139,10 @@ SCENES = {
         "input/network/make_mesh.py",
         ["two_sets.csv", "--size", "0.08", "--out", "two_sets.msh"],
         {
-            "explicit": PHASES.format("move_time = 2e-3") + VISCOUS.format(0.2),
+            # Which corners hold is seen at calm moments, and these come at other steps; bonds leave no corners
+            "explicit": PHASES.format("move_time = 2e-3")
+            + VISCOUS.format(0.2)
+            + "&contact corner_factor = 0 /\n",
             "implicit": PHASES.format("cycles = 10, move_time = 1e-2"),
         },
         1e-4,
