@@ -61,7 +61,7 @@ module corners_m
 
    !> Bound of the stiffness that a held side has for the stable step, over its own: forces on two nodes, each of which moves
    !> the way of P by itself at the most
-   real(wp), parameter :: bound_factor = 2.0_wp
+   real(wp), parameter :: bound_factor = 6.0_wp
    !> Choices for a corner, beside 1 and 2, the side that holds
    integer, parameter :: free = 0, both = 3, given_up = -1
    !> A corner lets go when it has passed the other one by this part of an element

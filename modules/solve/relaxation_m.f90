@@ -10,7 +10,7 @@ module relaxation_m
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
    use scene_m, only: scene_t
-   use corners_m, only: decide_corners
+   use corners_m, only: decide_corners, give_up_choices
    use state_m, only: state_t
    use joints_m, only: have_stiffened
    use loads_m, only: loads_t, smooth_ramp
@@ -98,10 +98,12 @@ contains
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
       real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part
-      integer :: step, ramp, choices
+      integer, allocatable :: before_choice(:)
+      integer :: step, ramp, choices, chosen
       logical :: searched, loose, changed
 
       choices = 0
+      chosen = 0
       call find_masses(scene, .true., state, mass)
       call guess(scene, increment, duration, state, ramp)
       v = 0.0_wp
@@ -119,12 +121,19 @@ contains
          if (step >= ramp .and. mod(step - ramp, steps_between_looks) == 0) then
             if (unbalanced_ratio(scene%loads, state) <= scene%rest_tolerance()) then
                ! Rest is no rest where corners that have come into each other were free
+               before_choice = scene%corners%held
                call decide_corners(scene%corners, state%u, choices, changed)
+               if (changed) chosen = step
                if (.not. changed) then
                   call account_increment(scene, increment%start, state)
                   return
                end if
                call find_masses(scene, .false., state, mass)
+            end if
+            ! Rest without a choice is better than none
+            if (chosen > 0 .and. step - chosen > scene%deck%relaxation%max_steps/10) then
+               call give_up_choices(scene%corners, before_choice)
+               chosen = 0
             end if
             loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(scene, increment, state)
             if (loose) exit
