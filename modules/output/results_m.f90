@@ -230,8 +230,9 @@ contains
       allocate (mean(size(joint_column), size(scene%deck%joint)))
       associate (energy => state%energy, joint => state%joint)
          mean(1, :) = means(joint%u)
-         mean(2, :) = means(joint%tau)
-         mean(3, :) = means(joint%sn)
+         ! Stresses are those on what is covered: so the means are force over length
+         mean(2, :) = means(joint%tau*scene%joints%covered)
+         mean(3, :) = means(joint%sn*scene%joints%covered)
          mean(4, :) = means(joint%dilation)
          mean(5, :) = means(joint%vn)
          mean(6, :) = means(state%aperture)

@@ -279,6 +279,7 @@ contains
 
       call file%save('facing', scene%walls%facing)
       call file%save('reached', scene%walls%reached)
+      call file%save('contact_stiffness', scene%joints%contact_stiffness)
       call file%save('corners', scene%corners%held)
       if (scene%has_contact) call file%save('contact', scene%contact%save_state())
    end subroutine save_contact
@@ -295,6 +296,7 @@ contains
       call file%load('facing', facing, errors)
       allocate (reached(size(facing)))
       call file%load('reached', reached, errors)
+      call file%load('contact_stiffness', scene%joints%contact_stiffness, errors)
       if (errors%any()) return
       call restore_walls(scene, facing, reached)
       call file%load('corners', scene%corners%held, errors)

@@ -39,9 +39,11 @@ module joints_m
       logical, allocatable :: bonded(:)
       !> Larger of normal and shear stiffness when the stable step was last computed (joints) [MPa/mm]
       real(wp), allocatable :: stiffness_then(:)
-      !> Pressure and shear stress at the walls' integration points [Pa]; mean and largest contact pressure of each joint
-      !> (joints) [MPa]
-      real(wp), allocatable :: pressure(:), shear(:), contact_stress(:), largest_stress(:)
+      !> Pressure and shear stress at the walls' integration points [Pa]; mean contact pressure of each joint on what is covered
+      !> of its walls [MPa], and what is covered over its length [-] (joints)
+      real(wp), allocatable :: pressure(:), shear(:), contact_stress(:), covered(:)
+      !> Normal stiffness of each joint where it is stiffest, weighed by what it covers there (joints) [MPa/mm]
+      real(wp), allocatable :: contact_stiffness(:)
       !> Coupled joints: dilation of the last step (joints); d dilation/d overlap [-] and d dilation/d weight, the weight as a
       !> part of what is covered of the joint's walls [mm], at the integration points
       type(ride_t), allocatable :: ride(:)
@@ -66,7 +68,8 @@ contains
       joints%triangle = split%joint_triangle
       allocate (joints%group(n), source=0)
       allocate (joints%law(n))
-      allocate (joints%penalty(n), joints%contact_stress(n), joints%largest_stress(n), joints%stiffness_then(n), source=0.0_wp)
+      allocate (joints%penalty(n), joints%contact_stress(n), joints%contact_stiffness(n), joints%stiffness_then(n), source=0.0_wp)
+      allocate (joints%covered(n), source=1.0_wp)
       allocate (joints%coupled(n), joints%velocity_friction(n), joints%stress_from_walls(n), joints%literal_aperture(n), &
                 source=.false.)
       allocate (joints%ride(n))
@@ -139,8 +142,8 @@ contains
       type(joint_frame_t), intent(in) :: frame
       !> State of the joint at the start of the step
       type(joint_point_t), intent(in) :: point
-      real(wp) :: stress, overlap, force, covered
-      integer :: k
+      real(wp) :: stress, overlap, force, covered, stiffness, stiffest, weighed
+      integer :: k, softer
 
       covered = sum(walls%weight(first:last))
       ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
@@ -159,16 +162,24 @@ contains
          end associate
       end if
       force = 0.0_wp
-      joints%largest_stress(j) = 0.0_wp
+      stiffest = 0.0_wp
+      weighed = 0.0_wp
       do k = first, last
          overlap = wall_overlap(joints, walls, j, k)
-         stress = closure_stress(joints, softer_joint(joints, walls, j, k, overlap), overlap)
+         softer = softer_joint(joints, walls, j, k, overlap)
+         stress = closure_stress(joints, softer, overlap)
          joints%pressure(k) = stress*megapascal
          force = force + stress*walls%weight(k)
-         joints%largest_stress(j) = max(joints%largest_stress(j), stress)
+         if (stress <= 0.0_wp .or. joints%penalty(softer) > 0.0_wp) cycle
+         stiffness = joint_normal_stiffness(joints%law(softer), stress)
+         stiffest = max(stiffest, stiffness)
+         weighed = weighed + stiffness*walls%weight(k)
       end do
       joints%contact_stress(j) = 0.0_wp
       if (covered > 0.0_wp) joints%contact_stress(j) = force/covered
+      joints%covered(j) = covered/joints%length(j)
+      ! A point may bear on one node of an edge alone, of which the bound gives each half
+      joints%contact_stiffness(j) = min(stiffest, 2.0_wp*weighed/joints%length(j))
    end subroutine find_pressure
 
    !> Overlap of the walls at an integration point, positive when they touch; of walls that ride with their dilation [mm].
@@ -226,7 +237,6 @@ contains
       do j = 1, size(joints%law)
          if (joints%wall_handled(j)) cycle
          joints%contact_stress(j) = normal(j)/megapascal
-         joints%largest_stress(j) = joints%contact_stress(j)
          call update(joints, j, solid, u, frame_of(joints, j, x, u), point(j), opening(j), open_aperture(j))
          ! The contact, not the law, holds the walls: what counts is the shear stress it found
          point(j)%tau = shear(j)/megapascal
@@ -299,15 +309,14 @@ contains
    end function wall_stress
 
    !> Stiffness of a joint that bounds the stable step, the larger of normal and shear [MPa/mm].
-   elemental real(wp) function joint_stiffness(law, penalty, largest_stress, point) result(stiffness)
+   elemental real(wp) function joint_stiffness(law, penalty, contact_stiffness, point) result(stiffness)
       type(joint_law_t), intent(in) :: law
-      !> Penalty stiffness, 0 for the joint's own [MPa/mm]; largest contact pressure on the joint, where closure is stiffest
-      !> [MPa]
-      real(wp), intent(in) :: penalty, largest_stress
+      !> Penalty stiffness, 0 for the joint's own, and its stiffness where it is stiffest [MPa/mm]
+      real(wp), intent(in) :: penalty, contact_stiffness
       type(joint_point_t), intent(in) :: point
 
       stiffness = penalty
-      if (penalty <= 0.0_wp) stiffness = joint_normal_stiffness(law, max(point%sn, largest_stress))
+      if (penalty <= 0.0_wp) stiffness = max(contact_stiffness, joint_normal_stiffness(law, point%sn))
       stiffness = max(stiffness, joint_shear_stiffness(law, point%sn))
    end function joint_stiffness
 
@@ -319,7 +328,7 @@ contains
       have_stiffened = .true.
       do j = 1, size(joints%penalty)
          if (joints%penalty(j) > 0.0_wp .or. .not. joints%wall_handled(j)) cycle
-         if (joint_normal_stiffness(joints%law(j), joints%largest_stress(j)) > stiffer*joints%stiffness_then(j)) return
+         if (joints%contact_stiffness(j) > stiffer*joints%stiffness_then(j)) return
       end do
       have_stiffened = .false.
    end function have_stiffened

@@ -85,7 +85,8 @@ contains
          joints%literal_aperture(:n) = old%literal_aperture
          joints%wall_handled(:n) = old%wall_handled
          joints%contact_stress(:n) = old%contact_stress
-         joints%largest_stress(:n) = old%largest_stress
+         joints%contact_stiffness(:n) = old%contact_stiffness
+         joints%covered(:n) = old%covered
          joints%stiffness_then(:n) = old%stiffness_then
          joints%bonded(:n) = old%bonded
          joints%bonded(n + 1:) = .true.

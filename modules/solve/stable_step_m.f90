@@ -114,7 +114,7 @@ contains
 
       bound = scene%rock_stiffness
       if (scene%has_walls) then
-         scene%joints%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, scene%joints%largest_stress, &
+         scene%joints%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, scene%joints%contact_stiffness, &
                                                        state%joint)
          call find_overlaps(scene%walls, scene%split%x, state%u)
          call wall_stiffness_bound(scene%walls, scene%split%x, &

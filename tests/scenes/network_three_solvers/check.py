@@ -4,7 +4,7 @@ Implicit and relaxation solver with the same increments find the same state. The
 sees the whole slip of one at the normal stress of its end, which is of first order. The explicit solver follows the path
 itself, so it is compared with many increments.
 
-How the explicit solver is driven: smooth ramps of 0.2 s, for the slowest blocks swing in some 0.05 s; viscous damping, for local
+How the explicit solver is driven: smooth ramps of 0.3 s, for the slowest blocks swing in some 0.05 s, more slowly with masses raised; viscous damping, for local
 damping holds back slow motion together with the waves and so bends the path of friction; masses raised until
 a step of 5e-6 s is stable. The slow swinging that viscosity leaves is then brought to rest with local damping.
 """
@@ -18,7 +18,7 @@ from scene_motion import changed_deck, run_deck
 QUANTITIES = ("shear_stress_MPa", "shear_displacement_mm", "aperture_mm")
 STAGES = [f"&stage name = '{name}', cycles = 10, move_time = 1e-2 /\n" for name in ("phase_1", "phase_2b")]
 RAMPS = [
-    f"&stage name = '{name}', move_time = 0.2, equilibrium = 1e-5, max_rest_time = 2e-2 /\n"
+    f"&stage name = '{name}', move_time = 0.3, equilibrium = 1e-5, max_rest_time = 2e-2 /\n"
     for name in ("phase_1", "phase_2b")
 ]
 VISCOUS = "&explicit damping = 'viscous', damping_factor = 0.2, mass_scaling = 'step', scaled_step = 5e-6 /\n"
