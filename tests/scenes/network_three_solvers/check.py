@@ -4,9 +4,10 @@ Implicit and relaxation solver with the same increments find the same state. The
 sees the whole slip of one at the normal stress of its end, which is of first order. The explicit solver follows the path
 itself, so it is compared with many increments.
 
-How the explicit solver is driven: smooth ramps of 0.3 s, for the slowest blocks swing in some 0.05 s, more slowly with masses raised; viscous damping, for local
-damping holds back slow motion together with the waves and so bends the path of friction; masses raised until
-a step of 5e-6 s is stable. The slow swinging that viscosity leaves is then brought to rest with local damping.
+How the explicit solver is driven: smooth ramps of 0.3 s, for the slowest blocks swing in some 0.05 s, more slowly with masses
+raised; viscous damping, for local damping holds back slow motion together with the waves and so bends the path of
+friction; masses raised until a step of 5e-6 s is stable. The slow swinging that viscosity leaves is then brought to rest with
+local damping.
 """
 
 from pathlib import Path
