@@ -11,8 +11,9 @@
 !>          / S \
 !>
 !> P may leave Q sideways, behind either side; which of two rigid points gives way is not determined by their shape. Here the
-!> fracture that slips more at the crossing goes through and the lesser depth b is held, by the energy K/2 b^2; of two alike
-!> both are. This is decided at rest (decide_corners) and remembered until P has come out of Q. While nothing is decided the
+!> fracture that slips more at the crossing goes through and the lesser depth b is held, by the energy K/2 (b - b0)^2; of two
+!> alike both are. This is decided at rest (decide_corners), where b0 = b, and remembered until P has come out of Q; at every
+!> rest from then on b0 falls to a quarter, so that no choice throws the rock off its rest. While nothing is decided the
 !> corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is convex: a
 !> force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that is
 !> none. All is of second degree: slip is proportional to load. K is of the order of the stiffness of the rock at a node,
@@ -32,13 +33,15 @@ module corners_m
       !> Inward normals of the two sides of the cone (2, 2, pairs); is it wider than half a turn?
       real(wp), allocatable :: inward(:, :, :)
       logical, allocatable :: wide(:)
-      !> Sides behind which P is held: free, 1, 2, both, or given_up where rest was not found with a choice (pairs). A cone
-      !> wider than half a turn holds at both
+      !> Sides behind which P is held: free, 1, 2, both (pairs). A cone wider than half a turn holds at both
       integer, allocatable :: held(:)
+      !> Depth at which each side holds (2, pairs) [m]: the corner had come so far when it was free
+      real(wp), allocatable :: passed(:, :)
+      !> Is the closure between the corners kept as it is, and what is it then (2, pairs) [m]? See keep_closure
+      logical :: closure_kept = .false.
+      real(wp), allocatable :: closure(:, :)
       !> Stiffness [N/m per m of thickness]; distance beyond which the corner lets go [m] (pairs)
       real(wp), allocatable :: stiffness(:), reach(:)
-      !> Part of the stiffness that acts: less than all on a solver's way to it
-      real(wp) :: part = 1.0_wp
       !> Legs of the ways from Q to P: those of pair p are first(p) to first(p + 1) - 1
       integer, allocatable :: first(:)
       !> Nodes of the blocks before and behind the arm that a leg crosses (2, legs); unit vector along the arm, unit vector
@@ -63,17 +66,19 @@ module corners_m
    !> the way of P by itself at the most
    real(wp), parameter :: bound_factor = 6.0_wp
    !> Choices for a corner, beside 1 and 2, the side that holds
-   integer, parameter :: free = 0, both = 3, given_up = -1
+   integer, parameter :: free = 0, both = 3
    !> A corner lets go when it has passed the other one by this part of an element
    real(wp), parameter :: reach_share = 0.25_wp
    !> Depths below this part of the reach are none; depths that differ by less than this part are alike
    real(wp), parameter :: least_depth = 2.0e-4_wp, alike = 0.02_wp
 
-   !> Choices made one after the other in an increment: corners that wait for each other's
-   integer, parameter :: most_rounds = 2
+   !> Depth that counts, over the largest slip at a crossing
+   real(wp), parameter :: slip_passed = 5.0e-3_wp
+   !> Part that b0 falls to at every rest
+   real(wp), parameter :: press_back = 0.25_wp
 
-   public :: init_corners, decide_corners, give_up_choices, keep_choices, add_corner_forces, &
-             any_held, corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
+   public :: init_corners, decide_corners, keep_choices, keep_closure, any_held, any_passed, let_pass, add_corner_forces, &
+             corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
 
 contains
 
@@ -97,7 +102,8 @@ contains
       integer :: node, e
 
       allocate (corners%node(2, 0), corners%inward(2, 2, 0), corners%wide(0), corners%held(0), corners%stiffness(0), &
-                corners%reach(0), corners%across(2, 0), corners%along(2, 0), corners%normal(2, 0), corners%share(0))
+                corners%reach(0), corners%passed(2, 0), corners%closure(2, 0), corners%across(2, 0), corners%along(2, 0), &
+                corners%normal(2, 0), corners%share(0))
       corners%first = [1]
       allocate (wall(2, size(touching)), source=0)
       do e = 1, size(split%surface, 2)
@@ -108,7 +114,7 @@ contains
       do node = 1, size(seen)
          if (seen(node) .or. in(node) == 0 .or. out(node) == 0) cycle
          call go_round(split, touching, young, wall, out, in, node, seen, crossing)
-         call add_pairs(crossing, factor, corners)
+         if (crossing%closed) call add_pairs(crossing, factor, corners)
       end do
    end subroutine init_corners
 
@@ -216,6 +222,8 @@ contains
             young = 2.0_wp*crossing%young(i)*crossing%young(k)/(crossing%young(i) + crossing%young(k))
             corners%node = reshape([corners%node, crossing%node(k), crossing%node(i)], [2, size(corners%node, 2) + 1])
             corners%stiffness = [corners%stiffness, factor*young]
+            corners%passed = reshape([corners%passed, 0.0_wp, 0.0_wp], [2, size(corners%stiffness)])
+            corners%closure = 0.0_wp*corners%passed
             corners%reach = [corners%reach, reach_share*crossing%shortest]
             corners%first = [corners%first, size(corners%share) + 1]
          end do
@@ -291,6 +299,75 @@ contains
       end do
    end function way
 
+   !> Keep the closure between the corners as it is, for solvers that follow a motion. What a pair feels then are its own two
+   !> nodes alone: a force that has an energy. Else it feels nodes that feel nothing of it, which may feed an oscillation.
+   pure subroutine keep_closure(corners, u)
+      type(corners_t), intent(inout) :: corners
+      real(wp), contiguous, intent(in) :: u(:, :)
+      integer :: p
+
+      corners%closure_kept = .true.
+      do p = 1, size(corners%stiffness)
+         corners%closure(:, p) = u(:, corners%node(1, p)) - u(:, corners%node(2, p)) - way(corners, p, u)
+      end do
+   end subroutine keep_closure
+
+   !> Way of P into Q that the forces know of: with the closure between them as it is, or as it was kept [m].
+   pure function way_felt(corners, p, u) result(r)
+      type(corners_t), intent(in) :: corners
+      integer, intent(in) :: p
+      real(wp), contiguous, intent(in) :: u(:, :)
+      real(wp) :: r(2)
+
+      if (corners%closure_kept) then
+         r = u(:, corners%node(1, p)) - u(:, corners%node(2, p)) - corners%closure(:, p)
+      else
+         r = way(corners, p, u)
+      end if
+   end function way_felt
+
+   !> Is any corner held?
+   pure logical function any_held(corners)
+      type(corners_t), intent(in) :: corners
+
+      any_held = any(corners%held /= free)
+   end function any_held
+
+   !> Is any corner held at a depth that it had come to when it was free, and that counts against the slips at crossings?
+   pure logical function any_passed(corners, u)
+      type(corners_t), intent(in) :: corners
+      real(wp), contiguous, intent(in) :: u(:, :)
+      real(wp) :: slip, deepest
+      integer :: p, l
+
+      slip = 0.0_wp
+      do l = 1, size(corners%share)
+         slip = max(slip, abs(dot_product(u(:, corners%across(2, l)) - u(:, corners%across(1, l)), corners%along(:, l))))
+      end do
+      deepest = 0.0_wp
+      do p = 1, size(corners%held)
+         if (.not. corners%wide(p)) deepest = max(deepest, maxval(behind_held(corners, p, corners%passed(:, p))))
+      end do
+      any_passed = deepest > slip_passed*slip
+   end function any_passed
+
+   !> Undo the pressing back of decide_corners: no rest was found with it.
+   pure subroutine let_pass(corners)
+      type(corners_t), intent(inout) :: corners
+
+      corners%passed = corners%passed/press_back
+   end subroutine let_pass
+
+   !> Of two depths those behind sides that are held, 0 for the other [m].
+   pure function behind_held(corners, p, depth) result(held)
+      type(corners_t), intent(in) :: corners
+      integer, intent(in) :: p
+      real(wp), intent(in) :: depth(2)
+      real(wp) :: held(2)
+
+      held = merge(depth, 0.0_wp, [any(corners%held(p) == [1, both]), any(corners%held(p) == [2, both])])
+   end function behind_held
+
    !> Slope and curvature of the energy of a pair by the way that P has slid into Q.
    pure subroutine press(corners, p, r, slope, curvature)
       type(corners_t), intent(in) :: corners
@@ -299,24 +376,25 @@ contains
       real(wp), intent(in) :: r(2)
       !> [N per m of thickness], [N/m per m of thickness]
       real(wp), intent(out) :: slope(2), curvature(2, 2)
-      real(wp) :: depth(2), part, part_1, part_2
+      real(wp) :: depth(2), beyond(2), part, part_1, part_2
       integer :: i
 
       slope = 0.0_wp
       curvature = 0.0_wp
       depth = matmul(r, corners%inward(:, :, p))
+      beyond = depth - corners%passed(:, p)
       do i = 1, 2
-         if (depth(i) <= 0.0_wp .or. .not. any(corners%held(p) == [i, both])) cycle
+         if (beyond(i) <= 0.0_wp .or. .not. any(corners%held(p) == [i, both])) cycle
          part = 1.0_wp
          part_1 = 0.0_wp
          part_2 = 0.0_wp
          if (.not. corners%wide(p)) call let_go(depth(3 - i)/corners%reach(p), part, part_1, part_2)
          part_1 = part_1/corners%reach(p)
          part_2 = part_2/corners%reach(p)**2
-         associate (k => corners%part*corners%stiffness(p), own => corners%inward(:, i, p), other => corners%inward(:, 3 - i, p))
-            slope = slope + k*depth(i)*(part*own + 0.5_wp*depth(i)*part_1*other)
-            curvature = curvature + k*(part*outer(own, own) + depth(i)*part_1*(outer(own, other) + outer(other, own)) &
-                                       + 0.5_wp*depth(i)**2*part_2*outer(other, other))
+         associate (k => corners%stiffness(p), own => corners%inward(:, i, p), other => corners%inward(:, 3 - i, p))
+            slope = slope + k*beyond(i)*(part*own + 0.5_wp*beyond(i)*part_1*other)
+            curvature = curvature + k*(part*outer(own, own) + beyond(i)*part_1*(outer(own, other) + outer(other, own)) &
+                                       + 0.5_wp*beyond(i)**2*part_2*outer(other, other))
          end associate
       end do
    end subroutine press
@@ -335,46 +413,35 @@ contains
       if (d > 0.0_wp .and. d < 1.0_wp) curvature = 12.0_wp*d**2 - 4.0_wp
    end subroutine let_go
 
-   !> At rest: hold the corners that have come into each other, let those go that have come out.
-   pure subroutine decide_corners(corners, u, rounds, changed)
+   !> At rest: hold the corners that have come into each other where they are, press those held before further back, let those
+   !> go that have come out. The present forces hardly change: what is at rest stays near rest.
+   pure subroutine decide_corners(corners, u, changed)
       type(corners_t), intent(inout) :: corners
       !> Displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: u(:, :)
-      !> Times that a choice has changed in this increment; after most_rounds it stays
-      integer, intent(inout) :: rounds
-      !> Has any choice changed? Then this is no rest yet
+      !> Has any choice changed?
       logical, intent(out) :: changed
       real(wp) :: depth(2)
       integer :: p, held
 
       changed = .false.
-      if (rounds >= most_rounds) return
       do p = 1, size(corners%stiffness)
          if (corners%wide(p)) cycle
-         depth = matmul(way(corners, p, u), corners%inward(:, :, p))/corners%reach(p)
+         depth = matmul(way(corners, p, u), corners%inward(:, :, p))
          held = corners%held(p)
          if (held /= free) then
-            if (minval(depth) < -least_depth .or. maxval(depth) >= 1.0_wp) held = free
-         else if (minval(depth) > least_depth .and. maxval(depth) < 1.0_wp) then
+            if (minval(depth) < -least_depth*corners%reach(p) .or. maxval(depth) >= corners%reach(p)) held = free
+         else if (minval(depth) > least_depth*corners%reach(p) .and. maxval(depth) < corners%reach(p)) then
             held = minloc(depth, dim=1)
             if (maxval(depth) - minval(depth) <= alike*maxval(depth)) held = both
+            corners%passed(:, p) = depth
          end if
+         corners%passed(:, p) = press_back*max(0.0_wp, min(corners%passed(:, p), depth))
          if (held == corners%held(p)) cycle
-         ! What was given up and is out again changes no force
-         if (corners%held(p) /= given_up) changed = .true.
+         changed = .true.
          corners%held(p) = held
       end do
-      if (changed) rounds = rounds + 1
    end subroutine decide_corners
-
-   !> No rest was found with the choices made last: these corners stay free until they have come out of each other.
-   pure subroutine give_up_choices(corners, before)
-      type(corners_t), intent(inout) :: corners
-      !> Choices before (pairs)
-      integer, intent(in) :: before(:)
-
-      where (corners%held /= before) corners%held = given_up
-   end subroutine give_up_choices
 
    !> Choices go on after cuts of the mesh: those of the pair whose nodes were the same.
    pure subroutine keep_choices(before, parent, corners)
@@ -386,8 +453,9 @@ contains
 
       do p = 1, size(corners%stiffness)
          do old = 1, size(before%stiffness)
-            if (all(before%node(:, old) == parent(corners%node(:, p))) .and. .not. corners%wide(p)) &
-               corners%held(p) = before%held(old)
+            if (any(before%node(:, old) /= parent(corners%node(:, p))) .or. corners%wide(p)) cycle
+            corners%held(p) = before%held(old)
+            corners%passed(:, p) = before%passed(:, old)
          end do
       end do
    end subroutine keep_choices
@@ -412,7 +480,8 @@ contains
       integer :: p
 
       do p = 1, size(corners%stiffness)
-         call press(corners, p, way(corners, p, u), slope, curvature)
+         if (corners%held(p) == free) cycle
+         call press(corners, p, way_felt(corners, p, u), slope, curvature)
          associate (node => corners%node(:, p))
             force(:, node(1)) = force(:, node(1)) - slope
             force(:, node(2)) = force(:, node(2)) + slope
@@ -478,13 +547,6 @@ contains
 
       sides_held = merge(1, 0, any(corners%held(p) == [1, 2, both])) + merge(1, 0, corners%held(p) == both)
    end function sides_held
-
-   !> Is any corner held?
-   pure logical function any_held(corners)
-      type(corners_t), intent(in) :: corners
-
-      any_held = any(corners%held /= free .and. corners%held /= given_up)
-   end function any_held
 
    !> Deepest overlap of two corners beyond the closure of the joints [m], and where (pair, 0: nowhere).
    pure subroutine corner_overlap(corners, u, deepest, where)

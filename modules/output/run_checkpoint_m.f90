@@ -281,6 +281,7 @@ contains
       call file%save('reached', scene%walls%reached)
       call file%save('contact_stiffness', scene%joints%contact_stiffness)
       call file%save('corners', scene%corners%held)
+      call file%save('corners_passed', scene%corners%passed)
       if (scene%has_contact) call file%save('contact', scene%contact%save_state())
    end subroutine save_contact
 
@@ -300,6 +301,7 @@ contains
       if (errors%any()) return
       call restore_walls(scene, facing, reached)
       call file%load('corners', scene%corners%held, errors)
+      call file%load('corners_passed', scene%corners%passed, errors)
       if (errors%any()) return
       if (.not. scene%has_contact) return
       call file%load('contact', contact, errors)

@@ -104,7 +104,7 @@ contains
       type(error_list_t), intent(inout) :: errors
       real(wp) :: elapsed, dt, fraction, level, motion, part
       integer(i8) :: steps_left
-      integer :: since_look, choices
+      integer :: since_look
       logical :: searched, changed, by_loads
 
       if (duration <= 0.0_wp) return
@@ -144,10 +144,9 @@ contains
          since_look = 0
          call progress%tick(log, fraction_done(scene, stage, cycle, moving, elapsed/duration))
          if (size(scene%corners%stiffness) > 0) then
-            choices = 0
             changed = .false.
             if (steps_left == 0_i8 .or. unbalanced_ratio(scene%loads, state) <= calm) &
-               call decide_corners(scene%corners, state%u, choices, changed)
+               call decide_corners(scene%corners, state%u, changed)
             if (changed .and. steps_left > 0_i8) call fit_step()
          end if
          if (.not. moving .and. scene%until_balanced(stage)) then

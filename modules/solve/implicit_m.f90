@@ -20,6 +20,7 @@ module implicit_m
    use cracks_m, only: crack_at_rest, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left
+   use corners_m, only: decide_corners, any_passed, let_pass
    use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, equilibrate, evaluate, go_back, free_norm
    implicit none
    private
@@ -54,6 +55,8 @@ module implicit_m
    real(wp), parameter :: negligible = 1.0e-2_wp
    !> Rock that cannot break has collapsed when it has moved by this part of the scene in pseudo-time
    real(wp), parameter :: collapsed = 0.1_wp
+   !> Times that corners are pressed back in an increment
+   integer, parameter :: most_pressed = 6
    !> Block edges named in the message of a collapse
    integer, parameter :: most_named = 3
    !> Ends of the way in pseudo-time: at rest, moved too far, too heavy a drag, too many steps
@@ -86,7 +89,7 @@ contains
       type(newton_increment_t) :: increment
       real(wp) :: done, part, level, duration
       integer :: iterations, ending
-      logical :: found
+      logical :: found, changed
 
       if (stage /= self%stage) call prepare_stage(self, scene, stage, cycle, log, state, errors)
       if (errors%any()) return
@@ -112,6 +115,8 @@ contains
             self%move_part = 0.0_wp
             self%part = 0.5_wp**scene%deck%implicit%largest_cut
          end if
+         if (found) call decide_corners(scene%corners, state%u, changed)
+         if (found) call press_corners_back(self, scene, level, state)
          if (found .and. scene%can_break) then
             call let_crack(self, scene, level, state, ending)
             found = ending == end_rest
@@ -133,6 +138,34 @@ contains
       report%unbalanced = unbalanced_ratio(scene%loads, state)
       call describe_bonds(scene, state)
    end subroutine implicit_cycle
+
+   !> Press corners that have come into each other further back, as later increments would, where they have come far. Rest with
+   !> them where they are is better than none.
+   subroutine press_corners_back(self, scene, level, state)
+      type(implicit_solver_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      !> Loads, 0 to 1 over the stage
+      real(wp), intent(in) :: level
+      type(state_t), intent(inout) :: state
+      type(newton_increment_t) :: increment
+      integer :: round, iterations
+      logical :: found, changed
+
+      do round = 1, most_pressed
+         if (.not. any_passed(scene%corners, state%u)) return
+         call start_increment_at(scene, level, 0.0_wp, state, increment)
+         call evaluate(scene, increment, state)
+         call equilibrate(self, scene, increment, scene%rest_tolerance(), state, iterations, found)
+         if (.not. found) then
+            call let_pass(scene%corners)
+            call give_up_increment(self, scene, increment, state)
+            call evaluate(scene, increment, state)
+            return
+         end if
+         call account_increment(scene, increment%start, state)
+         call decide_corners(scene%corners, state%u, changed)
+      end do
+   end subroutine press_corners_back
 
    !> Note what has broken, cut the edges whose stress has reached the strength, and come to rest again at the same loads,
    !> until nothing more breaks.

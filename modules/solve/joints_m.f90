@@ -40,7 +40,7 @@ module joints_m
       !> Larger of normal and shear stiffness when the stable step was last computed (joints) [MPa/mm]
       real(wp), allocatable :: stiffness_then(:)
       !> Pressure and shear stress at the walls' integration points [Pa]; mean contact pressure of each joint on what is covered
-      !> of its walls [MPa], and what is covered over its length [-] (joints)
+      !> of its walls [MPa], and what is covered over their length now [-] (joints)
       real(wp), allocatable :: pressure(:), shear(:), contact_stress(:), covered(:)
       !> Normal stiffness of each joint where it is stiffest, weighed by what it covers there (joints) [MPa/mm]
       real(wp), allocatable :: contact_stiffness(:)
@@ -177,7 +177,8 @@ contains
       end do
       joints%contact_stress(j) = 0.0_wp
       if (covered > 0.0_wp) joints%contact_stress(j) = force/covered
-      joints%covered(j) = covered/joints%length(j)
+      joints%covered(j) = 0.0_wp
+      if (last >= first) joints%covered(j) = covered/walls%length(walls%wall(first))
       ! A point may bear on one node of an edge alone, of which the bound gives each half
       joints%contact_stiffness(j) = min(stiffest, 2.0_wp*weighed/joints%length(j))
    end subroutine find_pressure

@@ -13,7 +13,7 @@ module newton_m
    use bond_m, only: bond_tangent
    use bonds_m, only: hold_together, is_closed
    use wall_contact_m, only: find_overlaps, add_wall_forces, points_of_joints
-   use corners_m, only: add_corner_forces, corner_tangent, corner_nodes, decide_corners, give_up_choices, any_held
+   use corners_m, only: add_corner_forces, corner_tangent, corner_nodes
    use joints_m, only: couple_walls
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use loads_m, only: nodal_loads
@@ -48,8 +48,6 @@ module newton_m
       integer, allocatable :: facing(:)
       !> Overlaps that they had (walls)
       real(wp), allocatable :: reached(:)
-      !> Sides at which corners were held at its start (pairs)
-      integer, allocatable :: held(:)
       !> Longest correction of one iteration [m]
       real(wp) :: longest = huge(1.0_wp)
       !> Drag on the free nodes over the stiffness of the rock around them: a force against their displacement since the
@@ -67,8 +65,6 @@ module newton_m
    real(wp), parameter :: longest_correction = 0.5_wp
    !> Rounding of the forces: this many times the machine's precision
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
-   !> Power of ten of the part of their stiffness that corners are first held with, where all at once fails
-   integer, parameter :: least_hold = -4
    !> Weak springs over the stiffness of the rock
    real(wp), parameter :: weak = 1.0e-8_wp
 
@@ -87,7 +83,6 @@ contains
       increment%start = state
       increment%facing = scene%walls%facing
       increment%reached = scene%walls%reached
-      increment%held = scene%corners%held
       increment%level = level
       if (scene%can_break) increment%bond = scene%bonds%point
       if (size(scene%joints%length) > 0) increment%longest = longest_correction*minval(scene%joints%length) &
@@ -103,7 +98,6 @@ contains
       state = increment%start
       scene%walls%facing = increment%facing
       scene%walls%reached = increment%reached
-      scene%corners%held = increment%held
       if (scene%can_break) scene%bonds%point = increment%bond
    end subroutine go_back
 
@@ -151,109 +145,8 @@ contains
       free_norm = norm2(pack(net_force(state),.not. scene%loads%fixed))
    end function free_norm
 
-   !> Equilibrium from the first guess in state%u, whose forces are known: Newton's method, again where corners that have come
-   !> into each other were free.
-   subroutine equilibrate(self, scene, increment, tolerance, state, iterations, converged)
-      class(newton_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
-      type(newton_increment_t), intent(in) :: increment
-      !> Unbalanced force ratio
-      real(wp), intent(in) :: tolerance
-      type(state_t), intent(inout) :: state
-      integer, intent(out) :: iterations
-      logical, intent(out) :: converged
-      type(state_t) :: free
-      integer, allocatable :: held(:)
-      integer :: choices, more
-      logical :: changed
-
-      choices = 0
-      free = state
-      call iterate(self, scene, increment, tolerance, state, iterations, converged)
-      if (.not. converged .and. any_held(scene%corners) .and. increment%drag <= 0.0_wp) then
-         state = free
-         call stiffen_corners(self, scene, increment, tolerance, state, more, converged)
-         iterations = iterations + more
-      end if
-      do while (converged)
-         ! A step of pseudo-time is no rest
-         if (increment%drag > 0.0_wp) return
-         held = scene%corners%held
-         call decide_corners(scene%corners, state%u, choices, changed)
-         if (.not. changed) return
-         free = state
-         call hold_corners(self, scene, increment, tolerance, state, more, converged)
-         iterations = iterations + more
-         if (converged) cycle
-         ! Rest without the choice is better than none
-         call give_up_choices(scene%corners, held)
-         state = free
-         call evaluate(scene, increment, state)
-         self%factored = .false.
-         converged = .true.
-         return
-      end do
-   end subroutine equilibrate
-
-   !> Equilibrium with corners held that were free: from where they are now, or from before they came into each other; else by
-   !> a stiffness of theirs that grows from little to all of it.
-   subroutine hold_corners(self, scene, increment, tolerance, state, iterations, converged)
-      class(newton_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
-      type(newton_increment_t), intent(in) :: increment
-      !> Unbalanced force ratio
-      real(wp), intent(in) :: tolerance
-      !> In: at rest with the corners free
-      type(state_t), intent(inout) :: state
-      integer, intent(out) :: iterations
-      logical, intent(out) :: converged
-      type(state_t) :: free
-      real(wp) :: unbalanced
-      integer :: more
-
-      free = state
-      call evaluate(scene, increment, state)
-      unbalanced = free_norm(scene, state)
-      where (.not. scene%loads%fixed) state%u = increment%start%u
-      call evaluate(scene, increment, state)
-      if (unbalanced <= free_norm(scene, state)) then
-         state%u = free%u
-         call evaluate(scene, increment, state)
-      end if
-      self%factored = .false.
-      call iterate(self, scene, increment, tolerance, state, iterations, converged)
-      if (converged) return
-      state = free
-      call stiffen_corners(self, scene, increment, tolerance, state, more, converged)
-      iterations = iterations + more
-   end subroutine hold_corners
-
-   !> Equilibrium by a stiffness of the corners that grows from little to all of it.
-   subroutine stiffen_corners(self, scene, increment, tolerance, state, iterations, converged)
-      class(newton_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
-      type(newton_increment_t), intent(in) :: increment
-      !> Unbalanced force ratio
-      real(wp), intent(in) :: tolerance
-      type(state_t), intent(inout) :: state
-      integer, intent(out) :: iterations
-      logical, intent(out) :: converged
-      integer :: more, power
-
-      iterations = 0
-      do power = least_hold, 0
-         scene%corners%part = 10.0_wp**power
-         call evaluate(scene, increment, state)
-         self%factored = .false.
-         call iterate(self, scene, increment, tolerance, state, more, converged)
-         iterations = iterations + more
-         if (.not. converged) exit
-      end do
-      scene%corners%part = 1.0_wp
-   end subroutine stiffen_corners
-
    !> Newton's method from the first guess in state%u, whose forces are known.
-   subroutine iterate(self, scene, increment, tolerance, state, iterations, converged)
+   subroutine equilibrate(self, scene, increment, tolerance, state, iterations, converged)
       class(newton_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
       type(newton_increment_t), intent(in) :: increment
@@ -297,7 +190,7 @@ contains
          end if
          if (scene%deck%implicit%matrix == 'new') slow = .true.
       end do
-   end subroutine iterate
+   end subroutine equilibrate
 
    !> Step of an iteration: the matrix' answer to the unbalanced force, with what earlier iterations taught.
    subroutine correction(self, residual, longest, step, regular)

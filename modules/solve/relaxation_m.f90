@@ -10,7 +10,7 @@ module relaxation_m
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
    use scene_m, only: scene_t
-   use corners_m, only: decide_corners, give_up_choices
+   use corners_m, only: decide_corners, keep_closure, any_held, any_passed
    use state_m, only: state_t
    use joints_m, only: have_stiffened
    use loads_m, only: loads_t, smooth_ramp
@@ -32,6 +32,10 @@ module relaxation_m
    integer, parameter :: steps_between_looks = 10, looks_between_ticks = 10
    !> The last increment goes on when this leaves an unbalanced force ratio no greater
    real(wp), parameter :: near = 0.1_wp
+   !> Times that corners are pressed back in an increment
+   integer, parameter :: most_pressed = 6
+   !> The closure at corners is found anew when the unbalanced force ratio has fallen to this part since it was found last
+   real(wp), parameter :: refresh = 0.1_wp
    !> Kinetic energy that only an unstable motion has [J per m]; its square is still a number
    real(wp), parameter :: absurd_energy = 1.0e100_wp
 
@@ -50,7 +54,7 @@ contains
       type(increment_t) :: increment
       real(wp) :: level, duration
       integer, allocatable :: parent(:)
-      integer :: substep, cycles, substeps
+      integer :: substep, cycles, substeps, round
       logical :: changed
 
       cycles = scene%deck%stage(stage)%cycles
@@ -78,6 +82,16 @@ contains
             call come_to_rest(scene, stage, cycle, increment, level, 0.0_wp, state, report, errors)
             if (errors%any()) return
          end do
+         call decide_corners(scene%corners, state%u, changed)
+         ! Corners that have come far into each other are pressed back, as later increments would
+         do round = 1, most_pressed
+            if (.not. any_passed(scene%corners, state%u)) exit
+            call start_increment(scene, level, state, increment)
+            increment%level = level
+            call come_to_rest(scene, stage, cycle, increment, level, 0.0_wp, state, report, errors)
+            if (errors%any()) return
+            call decide_corners(scene%corners, state%u, changed)
+         end do
          call progress%tick(log, fraction_done(scene, stage, cycle, .true., real(substep, wp)/real(substeps, wp)))
       end do
       state%time = state%time + max(0.0_wp, scene%deck%stage(stage)%rest_time)
@@ -97,14 +111,13 @@ contains
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
-      real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part
-      integer, allocatable :: before_choice(:)
-      integer :: step, ramp, choices, chosen
-      logical :: searched, loose, changed
+      real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part, unbalanced, since_kept
+      integer :: step, ramp
+      logical :: searched, loose
 
-      choices = 0
-      chosen = 0
       call find_masses(scene, .true., state, mass)
+      call keep_closure(scene%corners, state%u)
+      since_kept = 1.0_wp
       call guess(scene, increment, duration, state, ramp)
       v = 0.0_wp
       before = 0.0_wp
@@ -119,21 +132,16 @@ contains
              .not. scene%deck%plan%skip_step) &
             call find_masses(scene, .false., state, mass)
          if (step >= ramp .and. mod(step - ramp, steps_between_looks) == 0) then
-            if (unbalanced_ratio(scene%loads, state) <= scene%rest_tolerance()) then
-               ! Rest is no rest where corners that have come into each other were free
-               before_choice = scene%corners%held
-               call decide_corners(scene%corners, state%u, choices, changed)
-               if (changed) chosen = step
-               if (.not. changed) then
-                  call account_increment(scene, increment%start, state)
-                  return
-               end if
-               call find_masses(scene, .false., state, mass)
+            unbalanced = unbalanced_ratio(scene%loads, state)
+            if (any_held(scene%corners) .and. unbalanced <= max(scene%rest_tolerance(), refresh*since_kept)) then
+               call keep_closure(scene%corners, state%u)
+               call forces_from_start(scene, increment, increment%level, state, searched)
+               unbalanced = unbalanced_ratio(scene%loads, state)
+               since_kept = unbalanced
             end if
-            ! Rest without a choice is better than none
-            if (chosen > 0 .and. step - chosen > scene%deck%relaxation%max_steps/10) then
-               call give_up_choices(scene%corners, before_choice)
-               chosen = 0
+            if (unbalanced <= scene%rest_tolerance()) then
+               call account_increment(scene, increment%start, state)
+               return
             end if
             loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(scene, increment, state)
             if (loose) exit
