@@ -85,6 +85,16 @@ def changed_deck(folder, deck, new, *changes):
     return new
 
 
+def output_says(results, *words, never=()):
+    """What the run of a scene printed: every word must be in it, none of the others."""
+    said = (Path(results).parent / "output.txt").read_text(encoding="utf-8")
+    for word in words:
+        assert word in said, f"'{word}' is missing in: {said}"
+    for word in never:
+        assert word not in said, f"'{word}' does not belong in: {said}"
+    return said
+
+
 def near(found, expected, relative, what):
     """Assert a number within a relative tolerance; the message has both."""
     assert abs(found - expected) <= relative * abs(expected), (

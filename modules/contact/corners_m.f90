@@ -12,8 +12,8 @@
 !>
 !> P may leave Q sideways, behind either side; which of two rigid points gives way is not determined by their shape. Here the
 !> fracture that slips more at the crossing goes through and the lesser depth b is held, by the energy K/2 (b - b0)^2; of two
-!> alike both are. This is decided at rest (decide_corners), where b0 = b, and remembered until P has come out of Q; at every
-!> rest from then on b0 falls to a quarter, so that no choice throws the rock off its rest. While nothing is decided the
+!> alike both are. This is decided at rest (decide_corners), and remembered until P has come out of Q. b0 is first b at that
+!> rest, which no choice disturbs; from there it falls to a quarter at a time as far as there is rest. While nothing is decided the
 !> corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is convex: a
 !> force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that is
 !> none. All is of second degree: slip is proportional to load. K is of the order of the stiffness of the rock at a node,
@@ -74,11 +74,13 @@ module corners_m
 
    !> Depth that counts, over the largest slip at a crossing
    real(wp), parameter :: slip_passed = 5.0e-3_wp
-   !> Part that b0 falls to at every rest
+   !> Part that b0 falls to at a time
    real(wp), parameter :: press_back = 0.25_wp
+   !> Times in an increment
+   integer, parameter, public :: most_pressed = 6
 
-   public :: init_corners, decide_corners, keep_choices, keep_closure, any_held, any_passed, let_pass, add_corner_forces, &
-             corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
+   public :: init_corners, decide_corners, press_further, stay_passed, any_passed, any_held, keep_choices, keep_closure, &
+             add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
 
 contains
 
@@ -351,12 +353,19 @@ contains
       any_passed = deepest > slip_passed*slip
    end function any_passed
 
-   !> Undo the pressing back of decide_corners: no rest was found with it.
-   pure subroutine let_pass(corners)
+   !> Press corners that were let pass further back.
+   pure subroutine press_further(corners)
+      type(corners_t), intent(inout) :: corners
+
+      corners%passed = press_back*corners%passed
+   end subroutine press_further
+
+   !> Undo press_further: no rest was found with it.
+   pure subroutine stay_passed(corners)
       type(corners_t), intent(inout) :: corners
 
       corners%passed = corners%passed/press_back
-   end subroutine let_pass
+   end subroutine stay_passed
 
    !> Of two depths those behind sides that are held, 0 for the other [m].
    pure function behind_held(corners, p, depth) result(held)
@@ -413,8 +422,8 @@ contains
       if (d > 0.0_wp .and. d < 1.0_wp) curvature = 12.0_wp*d**2 - 4.0_wp
    end subroutine let_go
 
-   !> At rest: hold the corners that have come into each other where they are, press those held before further back, let those
-   !> go that have come out. The present forces hardly change: what is at rest stays near rest.
+   !> At rest: hold the corners that have come into each other, where they are, and let those go that have come out. What is at
+   !> rest stays so.
    pure subroutine decide_corners(corners, u, changed)
       type(corners_t), intent(inout) :: corners
       !> Displacement (2, nodes) [m]
@@ -434,12 +443,12 @@ contains
          else if (minval(depth) > least_depth*corners%reach(p) .and. maxval(depth) < corners%reach(p)) then
             held = minloc(depth, dim=1)
             if (maxval(depth) - minval(depth) <= alike*maxval(depth)) held = both
-            corners%passed(:, p) = depth
          end if
-         corners%passed(:, p) = press_back*max(0.0_wp, min(corners%passed(:, p), depth))
+         corners%passed(:, p) = max(0.0_wp, min(corners%passed(:, p), depth))
          if (held == corners%held(p)) cycle
          changed = .true.
          corners%held(p) = held
+         corners%passed(:, p) = max(0.0_wp, depth)
       end do
    end subroutine decide_corners
 

@@ -29,6 +29,8 @@ module implicit_group_m
       integer :: max_pseudo_steps = 2000
       !> Bodies that nothing holds: refused, or held by weak springs in the matrix alone
       character(len=option_length) :: loose_bodies = 'refuse'
+      !> Memory that the factors of the matrix may take [MB]; 0: what the machine has
+      integer :: max_memory = 0
    end type implicit_t
 
    type(variable_t), parameter :: variables(*) = [ &
@@ -38,7 +40,8 @@ module implicit_group_m
                                   variable_t('line_search', a_count), &
                                   variable_t('matrix', an_option), &
                                   variable_t('max_pseudo_steps', a_count), &
-                                  variable_t('loose_bodies', an_option)]
+                                  variable_t('loose_bodies', an_option), &
+                                  variable_t('max_memory', a_count)]
    character(len=*), parameter :: matrices(*) = ['kept', 'new ']
    character(len=*), parameter :: treatments(*) = ['refuse', 'hold  ']
 
@@ -67,6 +70,7 @@ contains
       call check_choice(errors, slice, 'matrix', implicit%matrix, matrices)
       call check_least(errors, slice, 'max_pseudo_steps', implicit%max_pseudo_steps, 1)
       call check_choice(errors, slice, 'loose_bodies', implicit%loose_bodies, treatments)
+      call check_least(errors, slice, 'max_memory', implicit%max_memory, 0)
    end subroutine read_implicit
 
    !> Write the effective group, every variable.
@@ -82,6 +86,7 @@ contains
       call put(unit, 'matrix', implicit%matrix)
       call put(unit, 'max_pseudo_steps', implicit%max_pseudo_steps)
       call put(unit, 'loose_bodies', implicit%loose_bodies)
+      call put(unit, 'max_memory', implicit%max_memory)
       call end_group(unit)
    end subroutine write_implicit
 

@@ -11,7 +11,7 @@ module explicit_m
    use solid_m, only: solid_forces, viscous_forces, strain_energy
    use stable_step_m, only: stable_step
    use wall_contact_m, only: find_overlaps, add_wall_forces
-   use corners_m, only: add_corner_forces, decide_corners
+   use corners_m, only: add_corner_forces, decide_corners, press_further
    use contact_m, only: contact_energy_t
    use joints_m, only: couple_walls, couple_potential, have_stiffened
    use loads_m, only: nodal_loads, smooth_ramp
@@ -145,8 +145,10 @@ contains
          call progress%tick(log, fraction_done(scene, stage, cycle, moving, elapsed/duration))
          if (size(scene%corners%stiffness) > 0) then
             changed = .false.
-            if (steps_left == 0_i8 .or. unbalanced_ratio(scene%loads, state) <= calm) &
+            if (steps_left == 0_i8 .or. unbalanced_ratio(scene%loads, state) <= calm) then
                call decide_corners(scene%corners, state%u, changed)
+               call press_further(scene%corners)
+            end if
             if (changed .and. steps_left > 0_i8) call fit_step()
          end if
          if (.not. moving .and. scene%until_balanced(stage)) then

@@ -20,7 +20,7 @@ module implicit_m
    use cracks_m, only: crack_at_rest, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left
-   use corners_m, only: decide_corners, any_passed, let_pass
+   use corners_m, only: decide_corners, press_further, stay_passed, any_passed, most_pressed
    use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, equilibrate, evaluate, go_back, free_norm
    implicit none
    private
@@ -55,12 +55,10 @@ module implicit_m
    real(wp), parameter :: negligible = 1.0e-2_wp
    !> Rock that cannot break has collapsed when it has moved by this part of the scene in pseudo-time
    real(wp), parameter :: collapsed = 0.1_wp
-   !> Times that corners are pressed back in an increment
-   integer, parameter :: most_pressed = 6
    !> Block edges named in the message of a collapse
    integer, parameter :: most_named = 3
-   !> Ends of the way in pseudo-time: at rest, moved too far, too heavy a drag, too many steps
-   integer, parameter :: end_rest = 0, end_far = 1, end_stuck = 2, end_long = 3
+   !> Ends of the way in pseudo-time: at rest, moved too far, too heavy a drag, too many steps, no factors of the matrix
+   integer, parameter :: end_rest = 0, end_far = 1, end_stuck = 2, end_long = 3, end_linear = 4
    !> Pseudo-time: drag of the first step, factors by which it falls after an easy step and grows after one without
    !> equilibrium, drag that lets nothing move any more, and drag so light that equilibrium without it is worth a try
    real(wp), parameter :: first_drag = 1.0_wp, lighter = 0.25_wp, heavier = 4.0_wp, heaviest = 1.0e6_wp, light = 1.0e-9_wp
@@ -89,7 +87,7 @@ contains
       type(newton_increment_t) :: increment
       real(wp) :: done, part, level, duration
       integer :: iterations, ending
-      logical :: found, changed
+      logical :: found
 
       if (stage /= self%stage) call prepare_stage(self, scene, stage, cycle, log, state, errors)
       if (errors%any()) return
@@ -102,6 +100,7 @@ contains
          call first_guess(self, scene, part, duration, increment, state)
          call equilibrate(self, scene, increment, scene%rest_tolerance(), state, iterations, found)
          if (found) then
+            call hold_corners(self, scene, increment, state, iterations)
             call account_increment(scene, increment%start, state)
             self%move = state%u - increment%start%u
             self%move_part = part
@@ -109,20 +108,26 @@ contains
          else
             call give_up_increment(self, scene, increment, state)
             self%part = 0.5_wp*self%part
+            if (allocated(self%failure)) then
+               call report_linear_failure(self, scene, stage, cycle, level, state, report, errors)
+               return
+            end if
             if (self%part >= 0.5_wp**scene%deck%implicit%largest_cut) cycle
             call follow(self, scene, level, duration, state, ending)
             found = ending == end_rest
             self%move_part = 0.0_wp
             self%part = 0.5_wp**scene%deck%implicit%largest_cut
          end if
-         if (found) call decide_corners(scene%corners, state%u, changed)
-         if (found) call press_corners_back(self, scene, level, state)
          if (found .and. scene%can_break) then
             call let_crack(self, scene, level, state, ending)
             found = ending == end_rest
          end if
          if (.not. found) then
-            call report_failure(scene, stage, cycle, level, duration, ending, increment, state, report, errors)
+            if (ending == end_linear) then
+               call report_linear_failure(self, scene, stage, cycle, level, state, report, errors)
+               return
+            end if
+            call report_failure(self, scene, stage, cycle, level, duration, ending, increment, state, report, errors)
             return
          end if
          done = done + part
@@ -139,33 +144,35 @@ contains
       call describe_bonds(scene, state)
    end subroutine implicit_cycle
 
-   !> Press corners that have come into each other further back, as later increments would, where they have come far. Rest with
-   !> them where they are is better than none.
-   subroutine press_corners_back(self, scene, level, state)
+   !> At rest: hold the corners that have come into each other, and press them back bit by bit in the same increment, as far as
+   !> there is rest.
+   subroutine hold_corners(self, scene, increment, state, iterations)
       type(implicit_solver_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
-      !> Loads, 0 to 1 over the stage
-      real(wp), intent(in) :: level
+      type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
-      type(newton_increment_t) :: increment
-      integer :: round, iterations
-      logical :: found, changed
+      !> Those of the increment, to which this adds
+      integer, intent(inout) :: iterations
+      type(state_t) :: rest
+      integer :: round, more
+      logical :: changed, found
 
+      call decide_corners(scene%corners, state%u, changed)
       do round = 1, most_pressed
          if (.not. any_passed(scene%corners, state%u)) return
-         call start_increment_at(scene, level, 0.0_wp, state, increment)
+         rest = state
+         call press_further(scene%corners)
          call evaluate(scene, increment, state)
-         call equilibrate(self, scene, increment, scene%rest_tolerance(), state, iterations, found)
-         if (.not. found) then
-            call let_pass(scene%corners)
-            call give_up_increment(self, scene, increment, state)
-            call evaluate(scene, increment, state)
-            return
-         end if
-         call account_increment(scene, increment%start, state)
-         call decide_corners(scene%corners, state%u, changed)
+         self%factored = .false.
+         call equilibrate(self, scene, increment, scene%rest_tolerance(), state, more, found)
+         iterations = iterations + more
+         if (found) cycle
+         call stay_passed(scene%corners)
+         state = rest
+         self%factored = .false.
+         return
       end do
-   end subroutine press_corners_back
+   end subroutine hold_corners
 
    !> Note what has broken, cut the edges whose stress has reached the strength, and come to rest again at the same loads,
    !> until nothing more breaks.
@@ -263,6 +270,8 @@ contains
          self%pseudo_steps = self%pseudo_steps + 1_i8
          if (.not. stepped) then
             call give_up_increment(self, scene, increment, state)
+            if (allocated(self%failure)) ending = end_linear
+            if (allocated(self%failure)) return
             if (.not. free .or. drag <= light) drag = heavier*drag
             if (drag > heaviest) ending = end_stuck
             if (drag > heaviest) return
@@ -425,7 +434,8 @@ contains
    end subroutine give_up_increment
 
    !> No rest: say when, where and what moves. Rock that cannot break goes back to where it rested last, which the caller writes.
-   subroutine report_failure(scene, stage, cycle, level, duration, ending, increment, state, report, errors)
+   subroutine report_failure(self, scene, stage, cycle, level, duration, ending, increment, state, report, errors)
+      type(implicit_solver_t), intent(in) :: self
       type(scene_t), intent(inout) :: scene
       integer, intent(in) :: stage, cycle
       !> Loads, 0 to 1 over the stage
@@ -455,6 +465,12 @@ contains
          why = ', and steps of pseudo-time find no way on'
          advice = 'more cycles or solver = ''relaxation'' may find it'
       end select
+      if (self%weak_springs) then
+         advice = 'springs without force alone hold rock here (&implicit loose_bodies), and its loads are not in balance'
+         if (size(scene%loads%pressure_surface) > 0) &
+            advice = advice//': &boundary pressure turns with the surface, and a body that turns in it may have no equilibrium'
+         advice = advice//'; prescribe displacements that hold it, or give tractions (tx, ty), which do not turn'
+      end if
       why = 'no rest at time '//to_text(state%time)//' s (stage '//quoted(scene%deck%stage(stage)%name)//', cycle '// &
             to_text(cycle)//', load level '//to_text(level)//')'//why
       if (.not. scene%can_break) then
@@ -470,6 +486,24 @@ contains
       call errors%add(why//moving_edges(scene, report%moved)//'; '//advice//'. The state written last is '// &
                       trim(merge('that of the last step ', 'the last one at rest  ', scene%can_break)))
    end subroutine report_failure
+
+   !> The linear solver cannot go on: say why. The state is that of the last rest.
+   subroutine report_linear_failure(self, scene, stage, cycle, level, state, report, errors)
+      type(implicit_solver_t), intent(in) :: self
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage, cycle
+      !> Loads, 0 to 1 over the stage
+      real(wp), intent(in) :: level
+      type(state_t), intent(in) :: state
+      type(cycle_report_t), intent(inout) :: report
+      type(error_list_t), intent(inout) :: errors
+
+      report%unbalanced = unbalanced_ratio(scene%loads, state)
+      call errors%add(self%failure//' at time '//to_text(state%time)//' s (stage '//quoted(scene%deck%stage(stage)%name)// &
+                      ', cycle '//to_text(cycle)//', load level '//to_text(level)//'); a coarser mesh, a larger '// &
+                      '&implicit max_memory, a machine with more memory or solver = ''relaxation'', which needs no matrix, '// &
+                      'may help. What is written ends with the last cycle completed')
+   end subroutine report_linear_failure
 
    !> The block edges that have slipped most.
    function moving_edges(scene, moved) result(text)

@@ -20,6 +20,8 @@ module mumps_m
       logical :: started = .false.
       !> Pivots that were found to be nothing but rounding in the last factorisation
       integer, public :: null_pivots = 0
+      !> Memory that factors may take [MB]; 0: what the machine has
+      integer, public :: max_memory = 0
    contains
       procedure :: analyse
       procedure :: factor
@@ -31,13 +33,17 @@ module mumps_m
    !> Jobs and control numbers of MUMPS (its user's guide, chapters 5 and 6)
    integer, parameter :: job_start = -1, job_end = -2, job_analyse = 1, job_factor = 2, job_solve = 3
    integer, parameter :: error_stream = 1, warning_stream = 2, global_stream = 3, print_level = 4, permutation = 6, &
-                         ordering = 7, scaling = 8, refinement = 10, extra_memory = 14, null_pivot_detection = 24
+                         ordering = 7, scaling = 8, refinement = 10, extra_memory = 14, &
+                         memory_limit = 23, null_pivot_detection = 24
    integer, parameter :: ordering_metis = 5, memory_margin_percent = 60
    !> Threshold of partial pivoting: the systems are close to symmetric positive definite ones
    integer, parameter :: pivot_threshold = 1
    real(wp), parameter :: least_pivot_ratio = 1.0e-4_wp
-   !> MUMPS' numbers of errors: singular matrix; not enough room for the factors
+   !> MUMPS' numbers of errors: singular matrix; not enough room for the factors, of which more may be asked for; no memory
    integer, parameter :: error_singular_structure = -6, error_singular = -10, error_room = -9, error_integer_room = -8
+   integer, parameter :: errors_memory(*) = [-5, -7, error_integer_room, error_room, -11, -13, -14, -15, -17, -19, -20]
+   !> Place of the memory that a factorisation is thought to take, among MUMPS' results
+   integer, parameter :: memory_planned = 16
    integer, parameter :: largest_margin_percent = 1000
 
    interface
@@ -74,6 +80,7 @@ contains
          control(refinement) = 0
          control(extra_memory) = memory_margin_percent
          control(null_pivot_detection) = 1
+         control(memory_limit) = self%max_memory
       end associate
       self%id%cntl(pivot_threshold) = least_pivot_ratio
       self%id%n = n
@@ -124,13 +131,19 @@ contains
       if (status == linear_ok) x = self%id%rhs
    end subroutine solve
 
-   !> What MUMPS says of its last job, for messages.
+   !> Why the last job failed, for messages.
    function message(self)
       class(sparse_lu_t), intent(in) :: self
       character(len=:), allocatable :: message
-      character(len=80) :: text
+      character(len=160) :: text
 
-      write (text, '(a,i0,a,i0)') 'MUMPS INFOG(1) = ', self%id%infog(1), ', INFOG(2) = ', self%id%infog(2)
+      if (any(self%id%infog(1) == errors_memory)) then
+         write (text, '(a,i0,a,i0,a)') 'the linear solver has not enough memory for ', self%id%n, ' unknowns, which may take ', &
+            self%id%infog(memory_planned), ' MB'
+      else
+         write (text, '(a,i0,a,i0,a,i0,a)') 'the linear solver failed with ', self%id%n, ' unknowns (MUMPS, INFOG(1) = ', &
+            self%id%infog(1), ', INFOG(2) = ', self%id%infog(2), ')'
+      end if
       message = trim(text)
    end function message
 

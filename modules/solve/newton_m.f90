@@ -19,7 +19,7 @@ module newton_m
    use loads_m, only: nodal_loads
    use motion_m, only: unbalanced_ratio
    use sparse_system_m, only: sparse_system_t, build_system, add_block, gather, scatter
-   use mumps_m, only: sparse_lu_t, linear_ok
+   use mumps_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
    use increment_m, only: increment_t
    implicit none
@@ -34,6 +34,8 @@ module newton_m
       type(anderson_t) :: past
       !> Does the matrix belong to the present pattern?
       logical :: factored = .false.
+      !> What the linear solver failed of: no iteration can go on
+      character(len=:), allocatable :: failure
       !> Are there bodies that only weak springs hold?
       logical :: weak_springs = .false.
       !> Diagonal of the last matrix (unknowns) [N/m]
@@ -111,7 +113,9 @@ contains
       call find_overlaps(scene%walls, scene%split%x, state%u)
       call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene), scene%joints, scene%walls, &
                         scene%corners, self%system)
+      self%lu%max_memory = scene%deck%implicit%max_memory
       call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
+      if (status == linear_failed) self%failure = self%lu%message()
       self%factored = .false.
       self%patterns = self%patterns + 1_i8
       call self%past%forget(self%system%unknowns)
@@ -264,6 +268,7 @@ contains
       integer :: status
       logical :: outside
 
+      regular = .false.
       call assemble(scene, increment, state, self%system, outside)
       if (outside) then
          call lay_out(self, scene, state)
@@ -273,7 +278,9 @@ contains
       if (self%weak_springs) then
          where (self%system%row == self%system%column) self%system%value = (1.0_wp + weak)*self%system%value
       end if
+      if (allocated(self%failure)) return
       call self%lu%factor(self%system%value, status)
+      if (status == linear_failed) self%failure = self%lu%message()
       self%factorisations = self%factorisations + 1_i8
       regular = status == linear_ok .and. .not. outside .and. size(residual) == self%system%unknowns
       self%factored = regular

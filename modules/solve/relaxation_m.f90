@@ -10,7 +10,7 @@ module relaxation_m
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
    use scene_m, only: scene_t
-   use corners_m, only: decide_corners, keep_closure, any_held, any_passed
+   use corners_m, only: decide_corners, press_further, stay_passed, any_passed, any_held, keep_closure, most_pressed
    use state_m, only: state_t
    use joints_m, only: have_stiffened
    use loads_m, only: loads_t, smooth_ramp
@@ -32,8 +32,6 @@ module relaxation_m
    integer, parameter :: steps_between_looks = 10, looks_between_ticks = 10
    !> The last increment goes on when this leaves an unbalanced force ratio no greater
    real(wp), parameter :: near = 0.1_wp
-   !> Times that corners are pressed back in an increment
-   integer, parameter :: most_pressed = 6
    !> The closure at corners is found anew when the unbalanced force ratio has fallen to this part since it was found last
    real(wp), parameter :: refresh = 0.1_wp
    !> Kinetic energy that only an unstable motion has [J per m]; its square is still a number
@@ -54,7 +52,7 @@ contains
       type(increment_t) :: increment
       real(wp) :: level, duration
       integer, allocatable :: parent(:)
-      integer :: substep, cycles, substeps, round
+      integer :: substep, cycles, substeps
       logical :: changed
 
       cycles = scene%deck%stage(stage)%cycles
@@ -82,16 +80,6 @@ contains
             call come_to_rest(scene, stage, cycle, increment, level, 0.0_wp, state, report, errors)
             if (errors%any()) return
          end do
-         call decide_corners(scene%corners, state%u, changed)
-         ! Corners that have come far into each other are pressed back, as later increments would
-         do round = 1, most_pressed
-            if (.not. any_passed(scene%corners, state%u)) exit
-            call start_increment(scene, level, state, increment)
-            increment%level = level
-            call come_to_rest(scene, stage, cycle, increment, level, 0.0_wp, state, report, errors)
-            if (errors%any()) return
-            call decide_corners(scene%corners, state%u, changed)
-         end do
          call progress%tick(log, fraction_done(scene, stage, cycle, .true., real(substep, wp)/real(substeps, wp)))
       end do
       state%time = state%time + max(0.0_wp, scene%deck%stage(stage)%rest_time)
@@ -112,9 +100,12 @@ contains
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
       real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part, unbalanced, since_kept
-      integer :: step, ramp
-      logical :: searched, loose
+      type(state_t) :: rest
+      integer :: step, ramp, pressed, pressed_at
+      logical :: searched, loose, changed
 
+      pressed = 0
+      pressed_at = 0
       call find_masses(scene, .true., state, mass)
       call keep_closure(scene%corners, state%u)
       since_kept = 1.0_wp
@@ -140,6 +131,24 @@ contains
                since_kept = unbalanced
             end if
             if (unbalanced <= scene%rest_tolerance()) then
+               if (pressed == 0) call decide_corners(scene%corners, state%u, changed)
+               if (pressed == most_pressed .or. .not. any_passed(scene%corners, state%u)) then
+                  call account_increment(scene, increment%start, state)
+                  return
+               end if
+               ! Corners that have come into each other are pressed back, bit by bit
+               rest = state
+               pressed = pressed + 1
+               pressed_at = step
+               call press_further(scene%corners)
+               since_kept = 1.0_wp
+               call find_masses(scene, .false., state, mass)
+            else if (pressed > 0 .and. step - pressed_at > scene%deck%relaxation%max_steps/10) then
+               ! Rest with the corners where they are is better than none
+               state = rest
+               call stay_passed(scene%corners)
+               call keep_closure(scene%corners, state%u)
+               call forces_from_start(scene, increment, increment%level, state, searched)
                call account_increment(scene, increment%start, state)
                return
             end if

@@ -2,12 +2,13 @@
 """Meshes of specimens that break, unstructured; --seed gives another mesh of the same specimen.
 
     python3 specimens.py rectangle --width 0.5 --height 1 --size 0.05 --seed 1
-    python3 specimens.py disc --width 1 --flat 10 --size 0.035
+    python3 specimens.py disc --width 1 --flat 10 --size 0.035 --path 0.25
     python3 specimens.py flaw --width 3.2 --height 6.4 --flaw 0.8 --angle 0 --size 0.015 --coarse 0.2 --path 0.25
 
 The surface is `rock`; sides are `bottom`, `right`, `top`, `left`. The disc is loaded on `top` and `bottom`, arcs of --flat
 degrees. The flaw, of the given length and inclined by --angle degrees, is the curve `flaw`; with --path the mesh has
-edges straight ahead of its tips over that length. Another seed puts a few nodes at other random places.
+edges straight ahead of its tips over that length, and a disc has them up and down from its centre.
+Another seed puts a few nodes at other random places.
 """
 
 import argparse
@@ -48,6 +49,11 @@ def disc(arguments):
     points = [gmsh.model.geo.addPoint(radius * math.cos(a), radius * math.sin(a), 0) for a in angles]
     arcs = [gmsh.model.geo.addCircleArc(points[i], centre, points[(i + 1) % 6]) for i in range(6)]
     surface = gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop(arcs)])
+    if arguments.path > 0:
+        ends = [gmsh.model.geo.addPoint(0, k * arguments.path, 0) for k in (-1, 1)]
+        line = gmsh.model.geo.addLine(*ends)
+        gmsh.model.geo.synchronize()
+        gmsh.model.mesh.embed(1, [line], 2, surface)
     curves = {"top": arcs[:1], "left": arcs[1:3], "bottom": arcs[3:4], "right": arcs[4:]}
     inside = (lambda x, y: radius - math.hypot(x, y)), (radius, radius)
     return surface, curves, inside
@@ -161,7 +167,7 @@ def main():
         ("flat", 10.0, "loaded arc [degrees]"),
         ("flaw", 0.5, "length of the flaw [m]"),
         ("angle", 0.0, "inclination of the flaw [degrees]"),
-        ("path", 0.0, "edges ahead of the tips [m]"),
+        ("path", 0.0, "edges ahead of the tips; of a disc, along the loaded diameter from the centre [m]"),
         ("fine", 0.05, "distance from the flaw up to which elements are fine [m]"),
         ("coarse", 0.2, "element size far from the flaw [m]"),
     ):

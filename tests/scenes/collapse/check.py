@@ -5,11 +5,13 @@ import math
 import re
 from pathlib import Path
 
+from scene_motion import output_says
+
 
 def check(results):
-    said = (Path(results).parent / "output.txt").read_text(encoding="utf-8")
-    for word in ("nothing holds the load", "stage 'push'", "block edges that slip: 1 at", "explicit"):
-        assert word in said, f"'{word}' is missing in: {said}"
+    said = output_says(
+        results, "nothing holds the load", "stage 'push'", "block edges that slip: 1 at", "explicit"
+    )
     held = math.tan(math.radians(31))
     level = float(re.search(r"load level (\S+?)\)", said).group(1))
     assert held < level < held + 0.15, f"collapse at load level {level}, friction holds {held:.3f}"

@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
-from scene_motion import Motion, changed_deck, near, run_deck
+from scene_motion import Motion, changed_deck, near, output_says, run_deck
 
 
 def check(results):
     folder = Path(results).parent
-    said = (folder / "output.txt").read_text(encoding="utf-8")
-    for word in ("stage 'load'", "nothing holds", "x = ", "y = ", "loose_bodies", "explicit"):
-        assert word in said, f"'{word}' is missing in: {said}"
+    output_says(results, "stage 'load'", "nothing holds", "x = ", "y = ", "loose_bodies", "explicit")
     end = "&stage name = 'load', move_time = 1 /"
     deck = changed_deck(folder, "loose.nml", "held.nml", (end, end + "\n&implicit loose_bodies = 'hold' /"))
     motion = Motion(run_deck(folder, deck, "held", "--quiet"))
