@@ -112,6 +112,7 @@ program femdem
             call relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
          end select
          place = place_t(stage, cycle)
+         if (errors%any()) call results%record_last_cycle(errors)
          if (allocated(report%moved)) call results%record_failure(scene, state, place, report%unbalanced, report%moved, errors)
          if (errors%any()) call stop_with(status_failed)
          call results%record(scene, state, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &

@@ -3,10 +3,14 @@
 Two squares with a joint (test_wrong_decks), pressed in one stage and sheared in a second.
 """
 
+import csv
+import re
 import shutil
 import subprocess
 
+import h5py
 import pytest
+from femdem_results import Results
 from test_wrong_decks import MESH
 
 DECK = """
@@ -151,3 +155,34 @@ def test_masses_that_were_raised_are_not_forgotten(femdem, folder):
     # A solver without masses may go on
     (folder / "deck" / "user.nml").write_text(DECK + SHEAR)
     run(femdem, folder, *options)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("solver", ["implicit", "relaxation"])
+def test_a_run_that_fails_leaves_its_last_cycle_everywhere(femdem, folder, solver):
+    """A block pushed until nothing holds it: history, fields and checkpoint hold the cycle before."""
+    push = "&stage name = 'push', move_time = 0.01, cycles = 5 /\n&boundary group = 'top', stage = 'push', tx = 4e6 /\n"
+    sparse = (
+        "&output directory = 'out/first', history_every = 10, fields_every = 0, checkpoint_minutes = 100 /\n"
+    )
+    deck = DECK.replace("'implicit'", f"'{solver}'").replace(
+        "&output directory = 'out/first' /\n", push + sparse
+    )
+    (folder / "deck" / "user.nml").write_text(deck + "&relaxation max_steps = 3000 /\n")
+    said = run(femdem, folder, "deck/user.nml", status=1)
+    cycle = int(re.search(r"stage 'push', cycle (\d)", said).group(1)) - 1
+    assert cycle >= 1
+    results = folder / "deck" / "out" / "first"
+    end = 0.02 + 0.01 * cycle
+    with (results / "history.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert any(row["cycle"] == str(cycle) and float(row["time_s"]) == pytest.approx(end) for row in rows)
+    times = Results(results).fields.times
+    assert any(time == pytest.approx(end) for time in times), times
+    with h5py.File(results / "checkpoint.h5") as file:
+        assert file.attrs["time"] == pytest.approx(end)
+    # From there it goes the same way again
+    slip = Results(results).history["fracture.shear_displacement_mm"]
+    again = run(femdem, folder, "--restart", results / "checkpoint.h5", "deck/user.nml", status=1)
+    assert f"cycle {cycle + 1}" in again
+    assert Results(results).history["fracture.shear_displacement_mm"] == pytest.approx(slip, rel=1e-6)

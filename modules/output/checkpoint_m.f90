@@ -12,7 +12,7 @@ module checkpoint_m
    public :: text_hash, numbers_hash
 
    !> Layout of the file; raise it when what is saved changes meaning
-   integer, parameter :: format_version = 3
+   integer, parameter :: format_version = 4
 
    !> What a checkpoint must agree with: the same mesh
    type, public :: fingerprint_t

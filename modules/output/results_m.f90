@@ -20,6 +20,15 @@ module results_m
    implicit none
    private
 
+   !> A completed cycle, and whether history, fields and checkpoint have it
+   type :: last_cycle_t
+      type(scene_t) :: scene
+      type(state_t) :: state
+      type(place_t) :: place
+      real(wp) :: unbalanced = 0.0_wp
+      logical :: row = .false., fields = .false., checkpoint = .false.
+   end type last_cycle_t
+
    !> The open results of a run
    type, public :: results_t
       private
@@ -32,9 +41,12 @@ module results_m
       integer(i8) :: recorded = -1_i8
       !> Time of the last checkpoint (clock counts)
       integer(i8) :: last_checkpoint = 0_i8
+      !> What is not written of the last cycle completed, for a run that fails in the next
+      type(last_cycle_t), allocatable :: last
    contains
       procedure :: open => open_results
       procedure :: record
+      procedure :: record_last_cycle
       procedure :: record_failure
       procedure :: close => close_results
    end type results_t
@@ -162,29 +174,69 @@ contains
       logical, intent(in) :: stage_is_over, run_is_over
       type(error_list_t), intent(inout) :: errors
       integer(i8) :: now, rate
-      logical :: snapshot
+      logical :: to_history, snapshot, checkpoint
 
       self%recorded = state%step
       associate (settings => scene%deck%output)
-         if (mod(place%cycle, settings%history_every) == 0 .or. stage_is_over) &
-            call self%history%write_row(row(scene, state, place, unbalanced), errors)
+         to_history = mod(place%cycle, settings%history_every) == 0 .or. stage_is_over
+         if (to_history) call self%history%write_row(row(scene, state, place, unbalanced), errors)
          snapshot = stage_is_over
          if (settings%fields_every > 0) snapshot = snapshot .or. mod(place%cycle, settings%fields_every) == 0
-         if (snapshot .or. mod(place%cycle, settings%history_every) == 0) call note_cracks_in_table(self, scene, errors)
-         if (snapshot) then
-            call write_fields(self, scene, state, place, errors)
-            call write_edges(self%directory//'edges.csv', &
-                             edge_sums(scene%topology%edge_of_joint, scene%split%joint_group, scene%joints%length, &
-                                       state%joint%u, state%aperture), scene%split%group, errors)
-         end if
+         if (snapshot .or. to_history) call note_cracks_in_table(self, scene, errors)
+         if (snapshot) call write_snapshot(self, scene, state, place, errors)
          call system_clock(now, rate)
-         if (run_is_over .or. stage_is_over .or. &
-             real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)) then
+         checkpoint = run_is_over .or. stage_is_over .or. &
+                      real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)
+         if (checkpoint) then
             call save_run(self%directory//'checkpoint.h5', scene, state, place, errors)
             self%last_checkpoint = now
          end if
       end associate
+      if (to_history .and. snapshot .and. checkpoint) then
+         if (allocated(self%last)) deallocate (self%last)
+      else
+         self%last = last_cycle_t(scene, state, place, unbalanced, to_history, snapshot, checkpoint)
+      end if
    end subroutine record
+
+   !> A run has failed: write what is missing of the last cycle completed, so that history, fields and checkpoint agree.
+   subroutine record_last_cycle(self, errors)
+      class(results_t), intent(inout) :: self
+      type(error_list_t), intent(inout) :: errors
+      type(last_cycle_t), allocatable :: last
+
+      call move_alloc(self%last, last)
+      if (.not. allocated(last)) return
+      if (.not. last%row) call self%history%write_row(row(last%scene, last%state, last%place, last%unbalanced), errors)
+      call note_cracks_in_table(self, last%scene, errors)
+      if (.not. last%fields) call write_snapshot(self, last%scene, last%state, last%place, errors)
+      if (.not. last%checkpoint) call save_run(self%directory//'checkpoint.h5', last%scene, last%state, last%place, errors)
+   end subroutine record_last_cycle
+
+   !> Fields and block edges.
+   subroutine write_snapshot(self, scene, state, place, errors)
+      class(results_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: place
+      type(error_list_t), intent(inout) :: errors
+
+      call write_fields(self, scene, state, place, errors)
+      call write_edge_table(self, 'edges.csv', scene, state%joint%u, state%aperture, errors)
+   end subroutine write_snapshot
+
+   !> Means over block edges in a table of the given name.
+   subroutine write_edge_table(self, name, scene, slip, aperture, errors)
+      class(results_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      type(scene_t), intent(in) :: scene
+      !> (joints) [mm]
+      real(wp), intent(in) :: slip(:), aperture(:)
+      type(error_list_t), intent(inout) :: errors
+
+      call write_edges(self%directory//name, edge_sums(scene%topology%edge_of_joint, scene%split%joint_group, &
+                                                       scene%joints%length, slip, aperture), scene%split%group, errors)
+   end subroutine write_edge_table
 
    !> A cycle that found no rest: the state it ended with in history, fields and block edges, and what slipped after the last
    !> rest in collapse.csv. The checkpoint stays that of a completed cycle.
@@ -198,24 +250,12 @@ contains
       real(wp), intent(in) :: moved(:)
       type(error_list_t), intent(inout) :: errors
 
-      call write_edge_table('collapse.csv', moved)
+      call write_edge_table(self, 'collapse.csv', scene, moved, state%aperture, errors)
       ! Nothing new where the last rest was the end of a cycle
       if (state%step == self%recorded .and. .not. scene%can_break) return
       call self%history%write_row(row(scene, state, place, unbalanced), errors)
       call note_cracks_in_table(self, scene, errors)
-      call write_fields(self, scene, state, place, errors)
-      call write_edge_table('edges.csv', state%joint%u)
-
-   contains
-
-      subroutine write_edge_table(name, slip)
-         character(len=*), intent(in) :: name
-         real(wp), intent(in) :: slip(:)
-
-         call write_edges(self%directory//name, edge_sums(scene%topology%edge_of_joint, scene%split%joint_group, &
-                                                          scene%joints%length, slip, state%aperture), scene%split%group, errors)
-      end subroutine write_edge_table
-
+      call write_snapshot(self, scene, state, place, errors)
    end subroutine record_failure
 
    !> One row of the history, in the order of history_columns.
