@@ -765,7 +765,8 @@ def at_crossing(answer, scene):
 def scene_of(kind, angle, size, slip=0.0, cycles=None):
     """Small slip (0) or a slip of so many elements"""
     if slip:
-        return large_slip(kind, angle, size, slip, cycles or 20)
+        # Blocks of a star are driven point first: in steps well below the reach of their corners, a quarter of an element
+        return large_slip(kind, angle, size, slip, cycles or (30 if kind == "star" else 20))
     return small_slip(kind, angle, size, cycles or 4)
 
 

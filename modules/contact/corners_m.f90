@@ -72,8 +72,8 @@ module corners_m
    !> Depths below this part of the reach are none; depths that differ by less than this part are alike
    real(wp), parameter :: least_depth = 2.0e-4_wp, alike = 0.02_wp
 
-   !> Depth that counts, over the largest slip at a crossing
-   real(wp), parameter :: slip_passed = 5.0e-3_wp
+   !> Depth that counts, over the largest slip at a crossing and over the reach
+   real(wp), parameter :: slip_passed = 5.0e-3_wp, reach_passed = 1.0e-3_wp
    !> Part that b0 falls to at a time
    real(wp), parameter :: press_back = 0.25_wp
    !> Times in an increment
@@ -346,11 +346,12 @@ contains
       do l = 1, size(corners%share)
          slip = max(slip, abs(dot_product(u(:, corners%across(2, l)) - u(:, corners%across(1, l)), corners%along(:, l))))
       end do
-      deepest = 0.0_wp
+      any_passed = .false.
       do p = 1, size(corners%held)
-         if (.not. corners%wide(p)) deepest = max(deepest, maxval(behind_held(corners, p, corners%passed(:, p))))
+         if (corners%wide(p)) cycle
+         deepest = maxval(behind_held(corners, p, corners%passed(:, p)))
+         any_passed = any_passed .or. deepest > min(slip_passed*slip, reach_passed*corners%reach(p))
       end do
-      any_passed = deepest > slip_passed*slip
    end function any_passed
 
    !> Press corners that were let pass further back.

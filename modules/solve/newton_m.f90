@@ -115,7 +115,8 @@ contains
                         scene%corners, self%system)
       self%lu%max_memory = scene%deck%implicit%max_memory
       call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
-      if (status == linear_failed) self%failure = self%lu%message()
+      ! Where everything is prescribed there is nothing to solve for
+      if (status == linear_failed .and. self%system%unknowns > 0) self%failure = self%lu%message()
       self%factored = .false.
       self%patterns = self%patterns + 1_i8
       call self%past%forget(self%system%unknowns)
