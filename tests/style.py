@@ -2,11 +2,13 @@
 """Check the project's style rules on every file git knows, and print `N passed, N failed` (checks, not files).
 
     style.py [--tools DIRECTORY]
+    style.py --graph                # which layer uses which, as it is drawn in manual/design.md
 
 DIRECTORY holds fprettify and ruff. Without it those checks are skipped, or fail where CI=true.
 """
 
 import argparse
+import graphlib
 import os
 import re
 import shutil
@@ -213,21 +215,78 @@ def check_stops():
     return complaints
 
 
+def uses():
+    """Layer and file of each module of modules/, with the modules it uses."""
+    modules = [path for path in with_suffix(".f90") if path.relative_to(TOP).parts[0] == "modules"]
+    return {path: {used.lower() for used, _ in USE.findall(read(path))} for path in modules}
+
+
+def layer_uses():
+    """How many modules of a layer use how many of another: {(layer, used layer): uses}."""
+    layer_of = {path.stem.lower(): path.parent.name for path in uses()}
+    count = {}
+    for path, used in uses().items():
+        for layer in (layer_of[module] for module in used if module in layer_of):
+            if layer != path.parent.name:
+                count[path.parent.name, layer] = count.get((path.parent.name, layer), 0) + 1
+    return count
+
+
 def check_layers():
     """A module uses nothing from a layer above its own."""
-    modules = [path for path in with_suffix(".f90") if path.relative_to(TOP).parts[0] == "modules"]
-    layer_of = {path.stem.lower(): path.parent.name for path in modules}
     complaints = []
-    for path in modules:
+    layer_of = {path.stem.lower(): path.parent.name for path in uses()}
+    for path, used_modules in uses().items():
         layer = path.parent.name
         if layer not in LAYER_HEIGHT:
             complaints.append(f"{name_of(path)}: unknown layer {layer}; known: {', '.join(LAYER_HEIGHT)}")
             continue
-        for used, _ in USE.findall(read(path)):
-            used_layer = layer_of.get(used.lower(), "base")
+        for used in sorted(used_modules):
+            used_layer = layer_of.get(used, "base")
             if LAYER_HEIGHT.get(used_layer, 0) > LAYER_HEIGHT[layer]:
                 complaints.append(f"{name_of(path)}: layer {layer} must not use {used} of layer {used_layer}")
     return complaints
+
+
+def check_cycles():
+    """Layers of one height may use each other one way only: the graph of layers has no cycle."""
+    try:
+        order_of_layers(layer_uses())
+    except graphlib.CycleError as error:
+        return ["layers use each other in a circle: " + " -> ".join(reversed(error.args[1]))]
+    return []
+
+
+def order_of_layers(count):
+    """Layers, those that are used before those that use them"""
+    used_by = {layer: sorted(used for user, used in count if user == layer) for layer in sorted(LAYER_HEIGHT)}
+    return list(graphlib.TopologicalSorter(used_by).static_order())
+
+
+def graph():
+    """The graph of layers in Mermaid's language: an arrow for who uses whom, left out where a longer way says it too."""
+    count = layer_uses()
+    order = order_of_layers(count)
+    below = {}
+    for layer in order:
+        direct = {used for user, used in count if user == layer}
+        below[layer] = direct.union(*(below[used] for used in direct))
+    lines = ["graph BT"]
+    for layer in order:
+        direct = [used for used in order if (layer, used) in count]
+        for used in direct:
+            if not any(used in below[other] for other in direct):
+                lines.append(f"    {layer} -->|{count[layer, used]}| {used}")
+    return "\n".join(lines) + "\n"
+
+
+def check_graph_in_manual():
+    """The picture in manual/design.md is that of the sources."""
+    if graph() in read(TOP / "manual" / "design.md"):
+        return []
+    return [
+        "manual/design.md: the graph of layers is not that of the sources; python3 tests/style.py --graph prints it"
+    ]
 
 
 def check_routine_length():
@@ -309,6 +368,8 @@ CHECKS = [
     check_use_only,
     check_stops,
     check_layers,
+    check_cycles,
+    check_graph_in_manual,
     check_routine_length,
     check_sources_listed,
     check_links,
@@ -321,7 +382,12 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--tools", type=Path, help="directory with fprettify and ruff")
-    tools = parser.parse_args().tools
+    parser.add_argument("--graph", action="store_true", help="print which layer uses which, and end")
+    arguments = parser.parse_args()
+    if arguments.graph:
+        print(graph(), end="")
+        return 0
+    tools = arguments.tools
     results = {}
     for check in TOOL_CHECKS:
         if tools:

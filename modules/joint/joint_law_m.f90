@@ -1,4 +1,5 @@
-!> The joint laws behind one interface. A new law is one new file and one new case in each verb below.
+!> The joint laws behind one interface: one case a law in each verb below. A new law also needs its deck variables
+!> (joint_group_m) and its scaling to a block edge (scene_m).
 module joint_law_m
    use kinds_m, only: wp
    use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t, joint_dilation_t

@@ -1,5 +1,5 @@
 !> Splitting of a mesh along edges: the two sides of each edge get nodes of their own, held together by a four-noded
-!> joint element. Fractures are split here before the run; cracks use split_edges with the edges they choose.
+!> joint element. split_mesh does so for the fractures before the run, split_edges for any edges: cracks, while it goes on.
 module split_m
    use chains_m, only: direct_chains, find_neighbours
    use edges_m, only: build_edges, edge_table_t, find_edge, next_corner

@@ -1,5 +1,5 @@
-!> checkpoint.h5: everything a run needs to go on, bit for bit. Written beside the old one and renamed when complete,
-!> so a kill at any moment leaves a checkpoint that can be used.
+!> checkpoint.h5: everything a run needs to go on; explicit runs do so bit for bit, implicit ones to rounding, since their matrix
+!> is made anew. Written beside the old one and renamed when complete, so a kill at any moment leaves one that can be used.
 module checkpoint_m
    use errors_m, only: error_list_t
    use files_m, only: replace_file, file_exists
@@ -14,7 +14,7 @@ module checkpoint_m
    !> Layout of the file; raise it when what is saved changes meaning
    integer, parameter :: format_version = 4
 
-   !> What a checkpoint must agree with: the same mesh
+   !> What a checkpoint must agree with beside the deck (deck_record_m): the same mesh, in size and content
    type, public :: fingerprint_t
       integer :: nodes = 0, triangles = 0, joints = 0
       !> text_hash of what the mesh holds: places of the nodes, corners of triangles and ends of fracture lines, groups

@@ -1,4 +1,5 @@
-!> The scene: everything a run needs that does not change, or only with the stages, built once from deck and mesh.
+!> The scene: what a run is made of, built once from deck and mesh. Not all of it stays: stages change the loads, cracks cut the
+!> mesh, and walls, corners, bonds, contact springs and joints remember where they are. Motion and the joints' laws are in state_m.
 module scene_m
    use kinds_m, only: wp
    use constants_m, only: is_set, radians, megapascal, millimetre, megapascal_per_millimetre
