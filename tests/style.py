@@ -222,14 +222,13 @@ def uses():
 
 
 def layer_uses():
-    """How many modules of a layer use how many of another: {(layer, used layer): uses}."""
+    """Which layers each layer uses: {layer: {used layer}}."""
     layer_of = {path.stem.lower(): path.parent.name for path in uses()}
-    count = {}
+    below = {layer: set() for layer in sorted(LAYER_HEIGHT)}
     for path, used in uses().items():
-        for layer in (layer_of[module] for module in used if module in layer_of):
-            if layer != path.parent.name:
-                count[path.parent.name, layer] = count.get((path.parent.name, layer), 0) + 1
-    return count
+        others = {layer_of[module] for module in used if module in layer_of} - {path.parent.name}
+        below.setdefault(path.parent.name, set()).update(others)
+    return below
 
 
 def check_layers():
@@ -257,26 +256,19 @@ def check_cycles():
     return []
 
 
-def order_of_layers(count):
+def order_of_layers(direct):
     """Layers, those that are used before those that use them"""
-    used_by = {layer: sorted(used for user, used in count if user == layer) for layer in sorted(LAYER_HEIGHT)}
-    return list(graphlib.TopologicalSorter(used_by).static_order())
+    return list(graphlib.TopologicalSorter({layer: sorted(direct[layer]) for layer in direct}).static_order())
 
 
 def graph():
     """The graph of layers in Mermaid's language: an arrow for who uses whom, left out where a longer way says it too."""
-    count = layer_uses()
-    order = order_of_layers(count)
-    below = {}
-    for layer in order:
-        direct = {used for user, used in count if user == layer}
-        below[layer] = direct.union(*(below[used] for used in direct))
+    direct, below = layer_uses(), {}
     lines = ["graph BT"]
-    for layer in order:
-        direct = [used for used in order if (layer, used) in count]
-        for used in direct:
-            if not any(used in below[other] for other in direct):
-                lines.append(f"    {layer} -->|{count[layer, used]}| {used}")
+    for layer in order_of_layers(direct):
+        below[layer] = direct[layer].union(*(below[used] for used in direct[layer]))
+        nearest = [used for used in direct[layer] if not any(used in below[other] for other in direct[layer])]
+        lines += [f"    {layer} --> {used}" for used in sorted(nearest)]
     return "\n".join(lines) + "\n"
 
 

@@ -3,6 +3,7 @@
 module surfaces_m
    use kinds_m, only: wp
    use mesh_m, only: split_mesh_t
+   use union_find_m, only: each_alone, join
    implicit none
    private
 
@@ -43,17 +44,15 @@ contains
       integer, intent(in) :: same(:)
       integer, allocatable :: parent(:)
       logical, allocatable :: in_a_body(:)
-      integer :: i, k, a, b
+      integer :: i, k
 
       allocate (parent(size(split%x, 2)), in_a_body(size(split%x, 2)))
-      parent = [(i, i=1, size(parent))]
+      parent = each_alone(size(parent))
       in_a_body = .false.
       do i = 1, size(split%triangle, 2)
          in_a_body(same(split%triangle(:, i))) = .true.
          do k = 2, 3
-            a = root(same(split%triangle(1, i)))
-            b = root(same(split%triangle(k, i)))
-            parent(max(a, b)) = min(a, b)
+            call join(parent, same(split%triangle(1, i)), same(split%triangle(k, i)))
          end do
       end do
       bodies = 0
@@ -61,18 +60,6 @@ contains
          if (in_a_body(i) .and. parent(i) == i) bodies = bodies + 1
       end do
 
-   contains
-
-      integer function root(node)
-         integer, intent(in) :: node
-
-         root = node
-         do while (parent(root) /= root)
-            ! Shorten the way for the next visitor
-            parent(root) = parent(parent(root))
-            root = parent(root)
-         end do
-      end function root
    end function bodies
 
    !> Does the outer boundary turn left, or go straight on, at every node? A hole runs clockwise and turns right. Where

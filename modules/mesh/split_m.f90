@@ -7,6 +7,7 @@ module split_m
    use kinds_m, only: wp
    use mesh_m, only: mesh_t, split_mesh_t
    use text_m, only: quoted, to_text
+   use union_find_m, only: each_alone, join, representative
    implicit none
    private
 
@@ -210,11 +211,11 @@ contains
       type(split_mesh_t), intent(inout) :: split
       integer, allocatable :: parent(:), node_of_sector(:), origin(:)
       logical, allocatable :: taken(:)
-      integer :: e, k, t, corner, sector, node, nodes
+      integer :: e, k, t, sector, node, nodes
 
       nodes = size(mesh%x, 2)
       allocate (parent(3*size(mesh%triangle, 2)))
-      parent = [(corner, corner=1, size(parent))]
+      parent = each_alone(size(parent))
       do e = 1, size(is_cut)
          if (is_cut(e) .or. edges%triangle(2, e) == 0) cycle
          do k = 1, 2
@@ -233,7 +234,7 @@ contains
       do t = 1, size(mesh%triangle, 2)
          do k = 1, 3
             node = mesh%triangle(k, t)
-            sector = root(parent, 3*(t - 1) + k)
+            sector = representative(parent, 3*(t - 1) + k)
             if (node_of_sector(sector) == 0) then
                if (taken(node)) then
                   nodes = nodes + 1
@@ -266,29 +267,6 @@ contains
       if (corner(1) == node) place_in = 1
       if (corner(2) == node) place_in = 2
    end function place_in
-
-   !> Join the sectors of two corners; the lower corner stands for both.
-   pure subroutine join(parent, a, b)
-      integer, intent(inout) :: parent(:)
-      integer, intent(in) :: a, b
-      integer :: root_a, root_b
-
-      root_a = root(parent, a)
-      root_b = root(parent, b)
-      parent(a) = min(root_a, root_b)
-      parent(b) = min(root_a, root_b)
-      parent(max(root_a, root_b)) = min(root_a, root_b)
-   end subroutine join
-
-   !> Corner that stands for a corner's sector.
-   pure integer function root(parent, corner)
-      integer, intent(in) :: parent(:), corner
-
-      root = corner
-      do while (parent(root) /= root)
-         root = parent(root)
-      end do
-   end function root
 
    !> Joint elements between the two sides of each cut.
    subroutine make_joints(mesh, edges, cut, split)

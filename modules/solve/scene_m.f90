@@ -5,6 +5,7 @@ module scene_m
    use constants_m, only: is_set, radians, megapascal, millimetre, megapascal_per_millimetre
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
+   use union_find_m, only: each_alone, join, representatives
    use log_m, only: log_t
    use deck_m, only: deck_t
    use joint_group_m, only: joint_t, has_roughness
@@ -291,32 +292,17 @@ contains
    function held_together(scene) result(same)
       type(scene_t), intent(in) :: scene
       integer, allocatable :: same(:)
-      integer :: n, b, k, low, high
+      integer :: b, k
 
-      same = [(n, n=1, size(scene%split%x, 2))]
+      allocate (same(size(scene%split%x, 2)))
+      same = each_alone(size(same))
       if (.not. scene%can_break) return
       do b = 1, size(scene%bonds%node, 2)
          do k = 1, 2
-            low = root(scene%bonds%node(k, b))
-            high = root(scene%bonds%node(k + 2, b))
-            same(max(low, high)) = min(low, high)
+            call join(same, scene%bonds%node(k, b), scene%bonds%node(k + 2, b))
          end do
       end do
-      do n = 1, size(same)
-         same(n) = root(n)
-      end do
-
-   contains
-
-      integer function root(node)
-         integer, intent(in) :: node
-
-         root = node
-         do while (same(root) /= root)
-            root = same(root)
-         end do
-      end function root
-
+      same = representatives(same)
    end function held_together
 
    !> Nodes of the triangles with a node on a surface.

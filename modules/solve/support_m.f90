@@ -4,6 +4,7 @@
 !> assembly is held when the prescribed displacement components of its nodes exclude both translations and the rotation.
 module support_m
    use kinds_m, only: wp
+   use union_find_m, only: each_alone, join, representatives
    implicit none
    private
 
@@ -56,47 +57,23 @@ contains
       integer, intent(in) :: triangle(:, :), joint(:, :)
       integer, intent(out) :: of_node(:)
       logical, intent(out) :: meshed(:)
-      integer :: n, e
+      integer :: e, k
 
-      of_node = [(n, n=1, size(of_node))]
+      of_node = each_alone(size(of_node))
       meshed = .false.
       do e = 1, size(triangle, 2)
-         call join(of_node, triangle(:, e))
+         do k = 2, 3
+            call join(of_node, triangle(1, e), triangle(k, e))
+         end do
          meshed(triangle(:, e)) = .true.
       end do
       do e = 1, size(joint, 2)
-         call join(of_node, joint(:, e))
+         do k = 2, 4
+            call join(of_node, joint(1, e), joint(k, e))
+         end do
       end do
-      do n = 1, size(of_node)
-         of_node(n) = root(of_node, n)
-      end do
+      of_node = representatives(of_node)
    end subroutine find_assemblies
-
-   !> Put nodes into one set.
-   pure subroutine join(of_node, node)
-      integer, intent(inout) :: of_node(:)
-      integer, intent(in) :: node(:)
-      integer :: i, a, b
-
-      a = root(of_node, node(1))
-      do i = 2, size(node)
-         b = root(of_node, node(i))
-         of_node(max(a, b)) = min(a, b)
-         a = min(a, b)
-         ! Shorten the way to the root
-         of_node(node(i)) = a
-      end do
-   end subroutine join
-
-   !> The node that stands for a set.
-   pure integer function root(of_node, node)
-      integer, intent(in) :: of_node(:), node
-
-      root = node
-      do while (of_node(root) /= root)
-         root = of_node(root)
-      end do
-   end function root
 
    !> Centre of the nodes of each assembly, and its half width, both at the node that stands for it (nodes).
    pure subroutine measure_assemblies(x, of_node, centre, size_of)
