@@ -33,13 +33,6 @@ module corners_m
       !> Inward normals of the two sides of the cone (2, 2, pairs); is it wider than half a turn?
       real(wp), allocatable :: inward(:, :, :)
       logical, allocatable :: wide(:)
-      !> Sides behind which P is held: free, 1, 2, both (pairs). A cone wider than half a turn holds at both
-      integer, allocatable :: held(:)
-      !> Depth at which each side holds (2, pairs) [m]: the corner had come so far when it was free
-      real(wp), allocatable :: passed(:, :)
-      !> Is the closure between the corners kept as it is, and what is it then (2, pairs) [m]? See keep_closure
-      logical :: closure_kept = .false.
-      real(wp), allocatable :: closure(:, :)
       !> Stiffness [N/m per m of thickness]; distance beyond which the corner lets go [m] (pairs)
       real(wp), allocatable :: stiffness(:), reach(:)
       !> Legs of the ways from Q to P: those of pair p are first(p) to first(p + 1) - 1
@@ -49,6 +42,17 @@ module corners_m
       integer, allocatable :: across(:, :)
       real(wp), allocatable :: along(:, :), normal(:, :), share(:)
    end type corners_t
+
+   !> What corners remember: which of them are held, and where
+   type, public :: corner_choices_t
+      !> Sides behind which P is held: free, 1, 2, both (pairs). A cone wider than half a turn holds at both
+      integer, allocatable :: held(:)
+      !> Depth at which each side holds (2, pairs) [m]: the corner had come so far when it was free
+      real(wp), allocatable :: passed(:, :)
+      !> Is the closure between the corners kept as it is, and what is it then (2, pairs) [m]? See keep_closure
+      logical :: closure_kept = .false.
+      real(wp), allocatable :: closure(:, :)
+   end type corner_choices_t
 
    !> A crossing: the blocks around it, anticlockwise, and the arms between them
    type :: crossing_t
@@ -79,7 +83,7 @@ module corners_m
    !> Times in an increment
    integer, parameter, public :: most_pressed = 6
 
-   public :: init_corners, decide_corners, press_further, stay_passed, any_passed, any_held, keep_choices, keep_closure, &
+   public :: init_corners, init_choices, decide_corners, press_further, any_passed, any_held, keep_choices, keep_closure, &
              add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
 
 contains
@@ -103,9 +107,8 @@ contains
       type(crossing_t) :: crossing
       integer :: node, e
 
-      allocate (corners%node(2, 0), corners%inward(2, 2, 0), corners%wide(0), corners%held(0), corners%stiffness(0), &
-                corners%reach(0), corners%passed(2, 0), corners%closure(2, 0), corners%across(2, 0), corners%along(2, 0), &
-                corners%normal(2, 0), corners%share(0))
+      allocate (corners%node(2, 0), corners%inward(2, 2, 0), corners%wide(0), corners%stiffness(0), corners%reach(0), &
+                corners%across(2, 0), corners%along(2, 0), corners%normal(2, 0), corners%share(0))
       corners%first = [1]
       allocate (wall(2, size(touching)), source=0)
       do e = 1, size(split%surface, 2)
@@ -119,6 +122,15 @@ contains
          if (crossing%closed) call add_pairs(crossing, factor, corners)
       end do
    end subroutine init_corners
+
+   !> Nothing has slid yet: only cones wider than half a turn hold.
+   pure subroutine init_choices(corners, choices)
+      type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(out) :: choices
+
+      choices%held = merge(both, free, corners%wide)
+      allocate (choices%passed(2, size(corners%wide)), choices%closure(2, size(corners%wide)), source=0.0_wp)
+   end subroutine init_choices
 
    !> The surface edge that starts at each node and the one that ends there.
    pure subroutine edges_of_nodes(split, out, in)
@@ -224,8 +236,6 @@ contains
             young = 2.0_wp*crossing%young(i)*crossing%young(k)/(crossing%young(i) + crossing%young(k))
             corners%node = reshape([corners%node, crossing%node(k), crossing%node(i)], [2, size(corners%node, 2) + 1])
             corners%stiffness = [corners%stiffness, factor*young]
-            corners%passed = reshape([corners%passed, 0.0_wp, 0.0_wp], [2, size(corners%stiffness)])
-            corners%closure = 0.0_wp*corners%passed
             corners%reach = [corners%reach, reach_share*crossing%shortest]
             corners%first = [corners%first, size(corners%share) + 1]
          end do
@@ -280,7 +290,6 @@ contains
       corners%inward = reshape([corners%inward, -sin(low), cos(low), sin(high), -cos(high)], &
                                [2, 2, size(corners%inward, 3) + 1])
       corners%wide = [corners%wide, high - low > pi]
-      corners%held = [corners%held, merge(both, free, high - low > pi)]
    end subroutine add_cone
 
    !> Way that corner P of a pair has slid into corner Q: slips and openings of the arms between them, without closure [m].
@@ -303,41 +312,44 @@ contains
 
    !> Keep the closure between the corners as it is, for solvers that follow a motion. What a pair feels then are its own two
    !> nodes alone: a force that has an energy. Else it feels nodes that feel nothing of it, which may feed an oscillation.
-   pure subroutine keep_closure(corners, u)
-      type(corners_t), intent(inout) :: corners
+   pure subroutine keep_closure(corners, u, choices)
+      type(corners_t), intent(in) :: corners
       real(wp), contiguous, intent(in) :: u(:, :)
+      type(corner_choices_t), intent(inout) :: choices
       integer :: p
 
-      corners%closure_kept = .true.
+      choices%closure_kept = .true.
       do p = 1, size(corners%stiffness)
-         corners%closure(:, p) = u(:, corners%node(1, p)) - u(:, corners%node(2, p)) - way(corners, p, u)
+         choices%closure(:, p) = u(:, corners%node(1, p)) - u(:, corners%node(2, p)) - way(corners, p, u)
       end do
    end subroutine keep_closure
 
    !> Way of P into Q that the forces know of: with the closure between them as it is, or as it was kept [m].
-   pure function way_felt(corners, p, u) result(r)
+   pure function way_felt(corners, choices, p, u) result(r)
       type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
       integer, intent(in) :: p
       real(wp), contiguous, intent(in) :: u(:, :)
       real(wp) :: r(2)
 
-      if (corners%closure_kept) then
-         r = u(:, corners%node(1, p)) - u(:, corners%node(2, p)) - corners%closure(:, p)
+      if (choices%closure_kept) then
+         r = u(:, corners%node(1, p)) - u(:, corners%node(2, p)) - choices%closure(:, p)
       else
          r = way(corners, p, u)
       end if
    end function way_felt
 
    !> Is any corner held?
-   pure logical function any_held(corners)
-      type(corners_t), intent(in) :: corners
+   pure logical function any_held(choices)
+      type(corner_choices_t), intent(in) :: choices
 
-      any_held = any(corners%held /= free)
+      any_held = any(choices%held /= free)
    end function any_held
 
    !> Is any corner held at a depth that it had come to when it was free, and that counts against the slips at crossings?
-   pure logical function any_passed(corners, u)
+   pure logical function any_passed(corners, choices, u)
       type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
       real(wp), contiguous, intent(in) :: u(:, :)
       real(wp) :: slip, deepest
       integer :: p, l
@@ -347,40 +359,34 @@ contains
          slip = max(slip, abs(dot_product(u(:, corners%across(2, l)) - u(:, corners%across(1, l)), corners%along(:, l))))
       end do
       any_passed = .false.
-      do p = 1, size(corners%held)
+      do p = 1, size(choices%held)
          if (corners%wide(p)) cycle
-         deepest = maxval(behind_held(corners, p, corners%passed(:, p)))
+         deepest = maxval(behind_held(choices, p, choices%passed(:, p)))
          any_passed = any_passed .or. deepest > min(slip_passed*slip, reach_passed*corners%reach(p))
       end do
    end function any_passed
 
    !> Press corners that were let pass further back.
-   pure subroutine press_further(corners)
-      type(corners_t), intent(inout) :: corners
+   pure subroutine press_further(choices)
+      type(corner_choices_t), intent(inout) :: choices
 
-      corners%passed = press_back*corners%passed
+      choices%passed = press_back*choices%passed
    end subroutine press_further
 
-   !> Undo press_further: no rest was found with it.
-   pure subroutine stay_passed(corners)
-      type(corners_t), intent(inout) :: corners
-
-      corners%passed = corners%passed/press_back
-   end subroutine stay_passed
-
    !> Of two depths those behind sides that are held, 0 for the other [m].
-   pure function behind_held(corners, p, depth) result(held)
-      type(corners_t), intent(in) :: corners
+   pure function behind_held(choices, p, depth) result(held)
+      type(corner_choices_t), intent(in) :: choices
       integer, intent(in) :: p
       real(wp), intent(in) :: depth(2)
       real(wp) :: held(2)
 
-      held = merge(depth, 0.0_wp, [any(corners%held(p) == [1, both]), any(corners%held(p) == [2, both])])
+      held = merge(depth, 0.0_wp, [any(choices%held(p) == [1, both]), any(choices%held(p) == [2, both])])
    end function behind_held
 
    !> Slope and curvature of the energy of a pair by the way that P has slid into Q.
-   pure subroutine press(corners, p, r, slope, curvature)
+   pure subroutine press(corners, choices, p, r, slope, curvature)
       type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
       integer, intent(in) :: p
       !> [m]
       real(wp), intent(in) :: r(2)
@@ -392,9 +398,9 @@ contains
       slope = 0.0_wp
       curvature = 0.0_wp
       depth = matmul(r, corners%inward(:, :, p))
-      beyond = depth - corners%passed(:, p)
+      beyond = depth - choices%passed(:, p)
       do i = 1, 2
-         if (beyond(i) <= 0.0_wp .or. .not. any(corners%held(p) == [i, both])) cycle
+         if (beyond(i) <= 0.0_wp .or. .not. any(choices%held(p) == [i, both])) cycle
          part = 1.0_wp
          part_1 = 0.0_wp
          part_2 = 0.0_wp
@@ -425,10 +431,11 @@ contains
 
    !> At rest: hold the corners that have come into each other, where they are, and let those go that have come out. What is at
    !> rest stays so.
-   pure subroutine decide_corners(corners, u, changed)
-      type(corners_t), intent(inout) :: corners
+   pure subroutine decide_corners(corners, u, choices, changed)
+      type(corners_t), intent(in) :: corners
       !> Displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: u(:, :)
+      type(corner_choices_t), intent(inout) :: choices
       !> Has any choice changed?
       logical, intent(out) :: changed
       real(wp) :: depth(2)
@@ -438,34 +445,37 @@ contains
       do p = 1, size(corners%stiffness)
          if (corners%wide(p)) cycle
          depth = matmul(way(corners, p, u), corners%inward(:, :, p))
-         held = corners%held(p)
+         held = choices%held(p)
          if (held /= free) then
             if (minval(depth) < -least_depth*corners%reach(p) .or. maxval(depth) >= corners%reach(p)) held = free
          else if (minval(depth) > least_depth*corners%reach(p) .and. maxval(depth) < corners%reach(p)) then
             held = minloc(depth, dim=1)
             if (maxval(depth) - minval(depth) <= alike*maxval(depth)) held = both
          end if
-         corners%passed(:, p) = max(0.0_wp, min(corners%passed(:, p), depth))
-         if (held == corners%held(p)) cycle
+         choices%passed(:, p) = max(0.0_wp, min(choices%passed(:, p), depth))
+         if (held == choices%held(p)) cycle
          changed = .true.
-         corners%held(p) = held
-         corners%passed(:, p) = max(0.0_wp, depth)
+         choices%held(p) = held
+         choices%passed(:, p) = max(0.0_wp, depth)
       end do
    end subroutine decide_corners
 
    !> Choices go on after cuts of the mesh: those of the pair whose nodes were the same.
-   pure subroutine keep_choices(before, parent, corners)
+   pure subroutine keep_choices(before, chosen, parent, corners, choices)
       type(corners_t), intent(in) :: before
+      type(corner_choices_t), intent(in) :: chosen
       !> Node that each node was before (nodes)
       integer, intent(in) :: parent(:)
-      type(corners_t), intent(inout) :: corners
+      type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(out) :: choices
       integer :: p, old
 
+      call init_choices(corners, choices)
       do p = 1, size(corners%stiffness)
          do old = 1, size(before%stiffness)
             if (any(before%node(:, old) /= parent(corners%node(:, p))) .or. corners%wide(p)) cycle
-            corners%held(p) = before%held(old)
-            corners%passed(:, p) = before%passed(:, old)
+            choices%held(p) = chosen%held(old)
+            choices%passed(:, p) = chosen%passed(:, old)
          end do
       end do
    end subroutine keep_choices
@@ -480,8 +490,9 @@ contains
    end function outer
 
    !> Add the forces of all corners: each pair pushes its two nodes apart.
-   pure subroutine add_corner_forces(corners, u, force)
+   pure subroutine add_corner_forces(corners, choices, u, force)
       type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
       !> Displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: u(:, :)
       !> Nodal forces (2, nodes) [N per m of thickness]
@@ -490,8 +501,8 @@ contains
       integer :: p
 
       do p = 1, size(corners%stiffness)
-         if (corners%held(p) == free) cycle
-         call press(corners, p, way_felt(corners, p, u), slope, curvature)
+         if (choices%held(p) == free) cycle
+         call press(corners, choices, p, way_felt(corners, choices, p, u), slope, curvature)
          associate (node => corners%node(:, p))
             force(:, node(1)) = force(:, node(1)) - slope
             force(:, node(2)) = force(:, node(2)) + slope
@@ -512,8 +523,9 @@ contains
 
    !> Stiffness of a pair: minus the derivative of its forces by the displacements of its corner_nodes, components x, y of
    !> node after node (2 nodes, 2 nodes) [N/m per m of thickness]. Not symmetric: what lies between feels nothing.
-   pure function corner_tangent(corners, p, u) result(stiffness)
+   pure function corner_tangent(corners, choices, p, u) result(stiffness)
       type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
       integer, intent(in) :: p
       real(wp), contiguous, intent(in) :: u(:, :)
       real(wp), allocatable :: stiffness(:, :)
@@ -523,7 +535,7 @@ contains
       associate (legs => corners%first(p + 1) - corners%first(p))
          allocate (stiffness(4*(legs + 1), 4*(legs + 1)), source=0.0_wp)
       end associate
-      call press(corners, p, way(corners, p, u), slope, curvature)
+      call press(corners, choices, p, way(corners, p, u), slope, curvature)
       do l = corners%first(p), corners%first(p + 1) - 1
          jump = u(:, corners%across(2, l)) - u(:, corners%across(1, l))
          leg = outer(corners%along(:, l), corners%along(:, l))
@@ -537,25 +549,26 @@ contains
    end function corner_tangent
 
    !> Add the stiffness of the corners that are held to the nodal bounds (see solid_m): it holds until a choice changes.
-   pure subroutine corner_stiffness_bound(corners, bound)
+   pure subroutine corner_stiffness_bound(corners, choices, bound)
       type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
       !> (nodes) [N/m per m of thickness]
       real(wp), intent(inout) :: bound(:)
       integer :: p
 
       do p = 1, size(corners%stiffness)
          associate (node => corners%node(:, p))
-            bound(node) = bound(node) + bound_factor*real(sides_held(corners, p), wp)*corners%stiffness(p)
+            bound(node) = bound(node) + bound_factor*real(sides_held(choices, p), wp)*corners%stiffness(p)
          end associate
       end do
    end subroutine corner_stiffness_bound
 
    !> Number of sides behind which a corner is held.
-   pure integer function sides_held(corners, p)
-      type(corners_t), intent(in) :: corners
+   pure integer function sides_held(choices, p)
+      type(corner_choices_t), intent(in) :: choices
       integer, intent(in) :: p
 
-      sides_held = merge(1, 0, any(corners%held(p) == [1, 2, both])) + merge(1, 0, corners%held(p) == both)
+      sides_held = merge(1, 0, any(choices%held(p) == [1, 2, both])) + merge(1, 0, choices%held(p) == both)
    end function sides_held
 
    !> Deepest overlap of two corners beyond the closure of the joints [m], and where (pair, 0: nowhere).

@@ -37,22 +37,30 @@ module wall_contact_m
    !> Longest walk along the opposite surface in one step (edges)
    integer, parameter :: longest_walk = 64
 
-   !> The walls, the surface they walk on, and the integration points found last
+   !> The walls and the surface they walk on
    type, public :: wall_contact_t
       !> Joint of each wall edge (walls), the upper wall of a joint directly before the lower one; its nodes A', B' or
-      !> B, A (2, walls), surface edge faced last (walls)
-      integer, allocatable :: joint(:), node(:, :), facing(:)
+      !> B, A (2, walls), surface edge of the other wall of the joint (walls)
+      integer, allocatable :: joint(:), node(:, :), opposite(:)
       !> Surface edges (2, edges), rock on their left; the edges that go on straight from their start and end (0: none)
       integer, allocatable :: surface(:, :), before(:), after(:)
       !> Joint whose wall a surface edge is (edges); 0: none
       integer, allocatable :: wall_of(:)
+      !> By how much the overlap of a wall edge over its length may be deeper than when it was looked at last: beyond that it has
+      !> come from elsewhere and is not in contact (walls)
+      real(wp), allocatable :: deepest(:)
+   end type wall_contact_t
+
+   !> Where the walls meet: what they remember of it, and the integration points found last
+   type, public :: wall_meeting_t
+      !> Surface edge that each wall edge faced last (walls)
+      integer, allocatable :: facing(:)
+      !> Overlap over its length that a wall edge had when it was looked at last (walls)
+      real(wp), allocatable :: reached(:)
       !> Has a wall come to face another edge since the stable step was last looked at?
       logical :: moved_on = .false.
       !> Current length of each wall edge (walls) [m]; its tangent, i of an upper wall, -i of a lower one (2, walls)
       real(wp), allocatable :: length(:), tangent(:, :)
-      !> Overlap over its length that a wall edge had when it was looked at last, and by how much it may be deeper now: beyond
-      !> that it has come from elsewhere and is not in contact (walls)
-      real(wp), allocatable :: reached(:), deepest(:)
       !> Integration points: number, wall edge, joint whose wall it faces (0: none), four nodes (A', B', p, q)
       integer :: points = 0
       integer, allocatable :: wall(:), faced_joint(:), point_node(:, :)
@@ -62,10 +70,10 @@ module wall_contact_m
       !> either end (2, points), 0 where none does
       real(wp), allocatable :: part(:, :)
       integer, allocatable :: beside(:, :)
-   end type wall_contact_t
+   end type wall_meeting_t
 
-   public :: init_wall_contact, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, surfaces_walked, &
-             walls_touching, points_of_joints, facing_part, facing_part_slope
+   public :: init_wall_contact, init_meeting, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
+             surfaces_walked, walls_touching, points_of_joints, facing_part, facing_part_slope
 
 contains
 
@@ -89,25 +97,32 @@ contains
       walls%joint = [(joint((w + 1)/2), w=1, 2*size(joint))]
       walls%deepest = merge(deepest, deepest_crack, split%joint_group(walls%joint) > 0)
       walls%surface = split%surface
-      allocate (walls%length(size(walls%joint)), walls%reached(size(walls%joint)), walls%tangent(2, size(walls%joint)), &
-                source=0.0_wp)
       allocate (edge_of(2, size(handled)), source=0)
       do e = 1, size(split%surface, 2)
          if (split%surface_joint(e) == 0) cycle
          edge_of(merge(1, 2, split%surface_side(e) > 0), split%surface_joint(e)) = e
       end do
       call continue_straight(split, whole, walls%before, walls%after)
-      allocate (walls%node(2, size(walls%joint)), walls%facing(size(walls%joint)))
+      allocate (walls%node(2, size(walls%joint)), walls%opposite(size(walls%joint)))
       allocate (walls%wall_of(size(split%surface, 2)), source=0)
       do w = 1, size(walls%joint)
          associate (own => edge_of(merge(1, 2, is_upper(w)), walls%joint(w)))
             walls%node(:, w) = split%surface(:, own)
-            walls%facing(w) = edge_of(merge(2, 1, is_upper(w)), walls%joint(w))
+            walls%opposite(w) = edge_of(merge(2, 1, is_upper(w)), walls%joint(w))
             walls%wall_of(own) = walls%joint(w)
          end associate
       end do
-      call grow(walls, 4*size(walls%joint) + 8)
    end subroutine init_wall_contact
+
+   !> Every wall faces the other wall of its joint.
+   subroutine init_meeting(walls, met)
+      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(out) :: met
+
+      met%facing = walls%opposite
+      allocate (met%length(size(walls%joint)), met%reached(size(walls%joint)), met%tangent(2, size(walls%joint)), source=0.0_wp)
+      call grow(met, 4*size(walls%joint) + 8)
+   end subroutine init_meeting
 
    !> Joints whose walls are in wall contact and not held by a bond (joints).
    pure function walls_touching(handled, bonded) result(touching)
@@ -277,25 +292,26 @@ contains
    end function direction
 
    !> Find the integration points of all walls for the current displacement.
-   subroutine find_overlaps(walls, x, u)
-      type(wall_contact_t), intent(inout) :: walls
+   subroutine find_overlaps(walls, x, u, met)
+      type(wall_contact_t), intent(in) :: walls
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      type(wall_meeting_t), intent(inout) :: met
       integer :: w, e, steps, before
       real(wp) :: a(2), b(2), t(2), length, from, to, part(2)
       integer :: beside(2)
       logical :: faces
 
-      walls%points = 0
+      met%points = 0
       do w = 1, size(walls%joint)
          a = x(:, walls%node(1, w)) + u(:, walls%node(1, w))
          b = x(:, walls%node(2, w)) + u(:, walls%node(2, w))
          length = sqrt(sum((b - a)**2))
          t = (b - a)/length
-         walls%length(w) = length
-         walls%tangent(:, w) = t
-         before = walls%points
-         e = walls%facing(w)
+         met%length(w) = length
+         met%tangent(:, w) = t
+         before = met%points
+         e = met%facing(w)
          if (e == 0) cycle
          call project(walls, e, x, u, a, t, length, from, to, faces)
          ! Walk until the edge faced last overlaps this one again
@@ -310,31 +326,32 @@ contains
             end if
             call project(walls, e, x, u, a, t, length, from, to, faces)
          end do
-         if (walls%facing(w) /= e) walls%moved_on = .true.
-         walls%facing(w) = e
+         if (met%facing(w) /= e) met%moved_on = .true.
+         met%facing(w) = e
          call share_edge(walls, e, walls%after(e), walls%before(e), x, u, a, t, length, from, to, part, beside)
-         if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside)
-         if (part(1) > 0.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .true.)
-         if (part(2) < 1.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .false.)
-         walls%reached(w) = 0.0_wp
-         if (walls%points > before) walls%reached(w) = max(0.0_wp, -minval(walls%gap(before + 1:walls%points))/length)
+         if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside, met)
+         if (part(1) > 0.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .true., met)
+         if (part(2) < 1.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .false., met)
+         met%reached(w) = 0.0_wp
+         if (met%points > before) met%reached(w) = max(0.0_wp, -minval(met%gap(before + 1:met%points))/length)
       end do
    end subroutine find_overlaps
 
    !> Add the points of the edges that follow the one faced, in one direction, while they still overlap the wall.
-   subroutine walk_on(walls, w, x, u, a, b, t, length, ahead)
-      type(wall_contact_t), intent(inout) :: walls
+   subroutine walk_on(walls, w, x, u, a, b, t, length, ahead, met)
+      type(wall_contact_t), intent(in) :: walls
       integer, intent(in) :: w
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       !> Ends, tangent and length of the wall edge
       real(wp), intent(in) :: a(2), b(2), t(2), length
       !> Ahead along the surface, towards A' of the wall, or back?
       logical, intent(in) :: ahead
+      type(wall_meeting_t), intent(inout) :: met
       integer :: e, last, steps, beside(2)
       real(wp) :: from, to, part(2)
       logical :: faces
 
-      e = walls%facing(w)
+      e = met%facing(w)
       do steps = 1, longest_walk
          last = e
          if (ahead) then
@@ -352,7 +369,7 @@ contains
             call share_edge(walls, e, last, walls%before(e), x, u, a, t, length, from, to, part, beside)
          end if
          if (part(2) <= 0.0_wp .or. part(1) >= 1.0_wp) return
-         call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside)
+         call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside, met)
       end do
    end subroutine walk_on
 
@@ -414,8 +431,8 @@ contains
    end subroutine share_edge
 
    !> Two Gauss points on the overlap of a wall edge with a surface edge.
-   subroutine add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside)
-      type(wall_contact_t), intent(inout) :: walls
+   subroutine add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside, met)
+      type(wall_contact_t), intent(in) :: walls
       integer, intent(in) :: w, e
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       real(wp), intent(in) :: a(2), b(2), t(2), length, from, to
@@ -423,6 +440,7 @@ contains
       real(wp), intent(in) :: part(2)
       !> Nodes of the blocks beside that share it, 0: none
       integer, intent(in) :: beside(2)
+      type(wall_meeting_t), intent(inout) :: met
       real(wp) :: p(2), q(2), low, high, xi, eta, gap, share, deeper
       integer :: g, k, nodes(4)
 
@@ -434,24 +452,24 @@ contains
       q = x(:, nodes(4)) + u(:, nodes(4))
       share = facing_part((to - from)*length/sqrt(sum((q - p)**2)))
       if (walls%wall_of(e) > 0) share = half*share
-      if (walls%points + 2 > size(walls%wall)) call grow(walls, 2*size(walls%wall))
+      if (met%points + 2 > size(met%wall)) call grow(met, 2*size(met%wall))
       do g = 1, 2
          xi = low + (high - low)*gauss(g)
          eta = (to - xi)/(to - from)
          ! The outward normal of a wall is its tangent turned clockwise
          gap = dot_product(p + eta*(q - p) - a - xi*(b - a), [t(2), -t(1)])
-         deeper = (-gap/length - walls%reached(w))/walls%deepest(w)
+         deeper = (-gap/length - met%reached(w))/walls%deepest(w)
          if (deeper > 1.0_wp) cycle
-         k = walls%points + 1
-         walls%points = k
-         walls%wall(k) = w
-         walls%faced_joint(k) = walls%wall_of(e)
-         walls%point_node(:, k) = nodes
-         walls%shape(:, k) = [1.0_wp - xi, xi, 1.0_wp - eta, eta]
-         walls%weight(k) = 0.5_wp*(high - low)*length*share*held_part(deeper)
-         walls%gap(k) = gap
-         walls%part(:, k) = part
-         walls%beside(:, k) = beside
+         k = met%points + 1
+         met%points = k
+         met%wall(k) = w
+         met%faced_joint(k) = walls%wall_of(e)
+         met%point_node(:, k) = nodes
+         met%shape(:, k) = [1.0_wp - xi, xi, 1.0_wp - eta, eta]
+         met%weight(k) = 0.5_wp*(high - low)*length*share*held_part(deeper)
+         met%gap(k) = gap
+         met%part(:, k) = part
+         met%beside(:, k) = beside
       end do
    end subroutine add_points
 
@@ -485,46 +503,46 @@ contains
    end function held_part
 
    !> Make room for at least n integration points.
-   subroutine grow(walls, n)
-      type(wall_contact_t), intent(inout) :: walls
+   subroutine grow(met, n)
+      type(wall_meeting_t), intent(inout) :: met
       integer, intent(in) :: n
       integer, allocatable :: wall(:), faced_joint(:), point_node(:, :), beside(:, :)
       real(wp), allocatable :: shape(:, :), weight(:), gap(:), part(:, :)
 
       allocate (wall(n), faced_joint(n), point_node(4, n), shape(4, n), weight(n), gap(n), part(2, n), beside(2, n))
-      associate (k => walls%points)
+      associate (k => met%points)
          if (k > 0) then
-            wall(:k) = walls%wall(:k)
-            faced_joint(:k) = walls%faced_joint(:k)
-            point_node(:, :k) = walls%point_node(:, :k)
-            shape(:, :k) = walls%shape(:, :k)
-            weight(:k) = walls%weight(:k)
-            gap(:k) = walls%gap(:k)
-            part(:, :k) = walls%part(:, :k)
-            beside(:, :k) = walls%beside(:, :k)
+            wall(:k) = met%wall(:k)
+            faced_joint(:k) = met%faced_joint(:k)
+            point_node(:, :k) = met%point_node(:, :k)
+            shape(:, :k) = met%shape(:, :k)
+            weight(:k) = met%weight(:k)
+            gap(:k) = met%gap(:k)
+            part(:, :k) = met%part(:, :k)
+            beside(:, :k) = met%beside(:, :k)
          end if
       end associate
-      call move_alloc(wall, walls%wall)
-      call move_alloc(faced_joint, walls%faced_joint)
-      call move_alloc(point_node, walls%point_node)
-      call move_alloc(shape, walls%shape)
-      call move_alloc(weight, walls%weight)
-      call move_alloc(gap, walls%gap)
-      call move_alloc(part, walls%part)
-      call move_alloc(beside, walls%beside)
+      call move_alloc(wall, met%wall)
+      call move_alloc(faced_joint, met%faced_joint)
+      call move_alloc(point_node, met%point_node)
+      call move_alloc(shape, met%shape)
+      call move_alloc(weight, met%weight)
+      call move_alloc(gap, met%gap)
+      call move_alloc(part, met%part)
+      call move_alloc(beside, met%beside)
    end subroutine grow
 
    !> First integration point of the walls of every joint: those of the i-th are first(i) to first(i + 1) - 1 (joints + 1).
-   pure subroutine points_of_joints(walls, first)
-      type(wall_contact_t), intent(in) :: walls
+   pure subroutine points_of_joints(met, first)
+      type(wall_meeting_t), intent(in) :: met
       integer, intent(out) :: first(:)
       integer :: i, k
 
       k = 1
       do i = 1, size(first) - 1
          first(i) = k
-         do while (k <= walls%points)
-            if (walls%wall(k) > 2*i) exit
+         do while (k <= met%points)
+            if (met%wall(k) > 2*i) exit
             k = k + 1
          end do
       end do
@@ -532,8 +550,8 @@ contains
    end subroutine points_of_joints
 
    !> Add the forces of given tractions at the integration points to the nodes of both walls (eqs 2, 4 in wall form).
-   pure subroutine add_wall_forces(walls, pressure, shear, normal_force, friction_force)
-      type(wall_contact_t), intent(in) :: walls
+   pure subroutine add_wall_forces(met, pressure, shear, normal_force, friction_force)
+      type(wall_meeting_t), intent(in) :: met
       !> Normal stress, compression positive, and shear stress, positive when it resists positive slip (points) [Pa]
       real(wp), intent(in) :: pressure(:), shear(:)
       !> Nodal forces (2, nodes) [N per m of thickness]: normal and tangential part kept apart for the energy balance
@@ -542,13 +560,13 @@ contains
       integer :: k, i
       real(wp), parameter :: side(4) = [1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp]
 
-      do k = 1, walls%points
+      do k = 1, met%points
          if (pressure(k) <= 0.0_wp) cycle
          ! The wall is pushed into its rock, which lies on its left
-         normal = [-walls%tangent(2, walls%wall(k)), walls%tangent(1, walls%wall(k))]*pressure(k)*walls%weight(k)
-         tangent = -walls%tangent(:, walls%wall(k))*shear(k)*walls%weight(k)
+         normal = [-met%tangent(2, met%wall(k)), met%tangent(1, met%wall(k))]*pressure(k)*met%weight(k)
+         tangent = -met%tangent(:, met%wall(k))*shear(k)*met%weight(k)
          do i = 1, 4
-            associate (node => walls%point_node(i, k), n => side(i)*walls%shape(i, k))
+            associate (node => met%point_node(i, k), n => side(i)*met%shape(i, k))
                normal_force(:, node) = normal_force(:, node) + n*normal
                friction_force(:, node) = friction_force(:, node) + n*tangent
             end associate
@@ -559,8 +577,9 @@ contains
    !> Add the row sums of the walls' stiffness to the nodal bounds (see solid_m). Edges count in full, and the next ones
    !> with them, so that the bound holds until a wall faces another edge. A wall with nothing but walls ahead has half of
    !> its contact; the other half is that of what it faces.
-   subroutine wall_stiffness_bound(walls, x, stiffness, bound)
-      type(wall_contact_t), intent(inout) :: walls
+   subroutine wall_stiffness_bound(walls, met, x, stiffness, bound)
+      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
       !> Reference coordinates (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :)
       !> The larger of normal and shear stiffness (walls) [Pa/m]
@@ -573,10 +592,9 @@ contains
       integer :: w, e
       integer, allocatable :: faced(:)
 
-      walls%moved_on = .false.
       against = 0.0_wp
       do w = 1, size(walls%joint)
-         e = walls%facing(w)
+         e = met%facing(w)
          if (e == 0) cycle
          faced = [e, within_reach(walls%before), within_reach(walls%after)]
          own = stiffness(w)
@@ -620,18 +638,18 @@ contains
    end subroutine wall_stiffness_bound
 
    !> Velocity of the upper wall relative to the lower one along i at an integration point [m/s]; the same for both sides.
-   pure real(wp) function wall_slip_rate(walls, k, v) result(rate)
-      type(wall_contact_t), intent(in) :: walls
+   pure real(wp) function wall_slip_rate(met, k, v) result(rate)
+      type(wall_meeting_t), intent(in) :: met
       !> Integration point
       integer, intent(in) :: k
       !> Velocity (2, nodes) [m/s]
       real(wp), contiguous, intent(in) :: v(:, :)
       real(wp) :: relative(2)
 
-      associate (node => walls%point_node(:, k), n => walls%shape(:, k))
+      associate (node => met%point_node(:, k), n => met%shape(:, k))
          relative = n(1)*v(:, node(1)) + n(2)*v(:, node(2)) - n(3)*v(:, node(3)) - n(4)*v(:, node(4))
       end associate
-      rate = dot_product(relative, walls%tangent(:, walls%wall(k)))
+      rate = dot_product(relative, met%tangent(:, met%wall(k)))
    end function wall_slip_rate
 
 end module wall_contact_m

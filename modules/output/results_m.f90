@@ -271,8 +271,8 @@ contains
       associate (energy => state%energy, joint => state%joint)
          mean(1, :) = means(joint%u)
          ! Stresses are those on what is covered: so the means are force over length
-         mean(2, :) = means(joint%tau*scene%joints%covered)
-         mean(3, :) = means(joint%sn*scene%joints%covered)
+         mean(2, :) = means(joint%tau*state%tractions%covered)
+         mean(3, :) = means(joint%sn*state%tractions%covered)
          mean(4, :) = means(joint%dilation)
          mean(5, :) = means(joint%vn)
          mean(6, :) = means(state%aperture)

@@ -39,7 +39,7 @@ contains
       call save_cracks(file, scene)
       call save_motion(file, state, place)
       call save_joints(file, state)
-      call save_contact(file, scene)
+      call save_contact(file, scene, state)
       call file%close(errors)
    end subroutine save_run
 
@@ -60,7 +60,7 @@ contains
       call load_cracks(file, path, scene, state, errors)
       if (.not. errors%any()) call load_motion(file, state, place, errors)
       if (.not. errors%any()) call load_joints(file, state, errors)
-      if (.not. errors%any()) call load_contact(file, path, scene, errors)
+      if (.not. errors%any()) call load_contact(file, path, scene, state, errors)
       call file%close(errors)
    end subroutine load_run
 
@@ -273,22 +273,24 @@ contains
    ! ---- Contact -----------------------------------------------------------------------------------------------------
 
    !> What walls and surfaces remember of the contact.
-   subroutine save_contact(file, scene)
+   subroutine save_contact(file, scene, state)
       type(checkpoint_t), intent(inout) :: file
       type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
 
-      call file%save('facing', scene%walls%facing)
-      call file%save('reached', scene%walls%reached)
-      call file%save('contact_stiffness', scene%joints%contact_stiffness)
-      call file%save('corners', scene%corners%held)
-      call file%save('corners_passed', scene%corners%passed)
+      call file%save('facing', state%walls%facing)
+      call file%save('reached', state%walls%reached)
+      call file%save('contact_stiffness', state%tractions%contact_stiffness)
+      call file%save('corners', state%corners%held)
+      call file%save('corners_passed', state%corners%passed)
       if (scene%has_contact) call file%save('contact', scene%contact%save_state())
    end subroutine save_contact
 
-   subroutine load_contact(file, path, scene, errors)
+   subroutine load_contact(file, path, scene, state, errors)
       type(checkpoint_t), intent(inout) :: file
       character(len=*), intent(in) :: path
       type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       integer, allocatable :: facing(:)
       real(wp), allocatable :: contact(:), reached(:)
@@ -297,11 +299,11 @@ contains
       call file%load('facing', facing, errors)
       allocate (reached(size(facing)))
       call file%load('reached', reached, errors)
-      call file%load('contact_stiffness', scene%joints%contact_stiffness, errors)
+      call file%load('contact_stiffness', state%tractions%contact_stiffness, errors)
       if (errors%any()) return
-      call restore_walls(scene, facing, reached)
-      call file%load('corners', scene%corners%held, errors)
-      call file%load('corners_passed', scene%corners%passed, errors)
+      call restore_walls(scene, facing, reached, state)
+      call file%load('corners', state%corners%held, errors)
+      call file%load('corners_passed', state%corners%passed, errors)
       if (errors%any()) return
       if (.not. scene%has_contact) return
       call file%load('contact', contact, errors)

@@ -180,7 +180,7 @@ contains
       call describe_bond(scene, state, b)
       scene%bonds%active(b) = .false.
       scene%joints%bonded(j) = .false.
-      scene%joints%contact_stress(j) = state%joint(j)%sn
+      state%tractions%contact_stress(j) = state%joint(j)%sn
       state%joint(j)%u_max = abs(state%joint(j)%u)
    end subroutine hand_over
 

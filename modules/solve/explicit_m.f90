@@ -137,7 +137,7 @@ contains
          end if
          ! After the last step there is nothing left to divide
          if (steps_left > 0_i8 .and. &
-             (searched .or. changed .or. scene%walls%moved_on .or. have_stiffened(scene%joints) .or. &
+             (searched .or. changed .or. state%walls%moved_on .or. have_stiffened(scene%joints, state%tractions) .or. &
               .not. scene%deck%plan%skip_step)) call fit_step()
          since_look = since_look + 1
          if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
@@ -146,8 +146,8 @@ contains
          if (size(scene%corners%stiffness) > 0) then
             changed = .false.
             if (steps_left == 0_i8 .or. unbalanced_ratio(scene%loads, state) <= calm) then
-               call decide_corners(scene%corners, state%u, changed)
-               call press_further(scene%corners)
+               call decide_corners(scene%corners, state%u, state%corners, changed)
+               call press_further(state%corners)
             end if
             if (changed .and. steps_left > 0_i8) call fit_step()
          end if
@@ -268,11 +268,11 @@ contains
          call clear_at(scene%touching, state%friction)
       end if
       if (scene%has_walls) then
-         call find_overlaps(scene%walls, scene%split%x, state%u)
-         call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
-                           state%opening, state%aperture)
-         call add_wall_forces(scene%walls, scene%joints%pressure, scene%joints%shear, state%normal, state%friction)
-         call add_corner_forces(scene%corners, state%u, state%normal)
+         call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
+         call couple_walls(scene%joints, scene%walls, state%walls, scene%solid, scene%split%x, state%u, state%v, &
+                           state%tractions, state%joint, state%opening, state%aperture)
+         call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
+         call add_corner_forces(scene%corners, state%corners, state%u, state%normal)
       end if
       if (scene%has_contact) call find_contact_forces(scene, state, searched)
    end subroutine find_forces
@@ -308,8 +308,8 @@ contains
       if (searched) call scene%contact%search(scene%exposed, state%u)
       if (scene%has_potential_joints) then
          call scene%contact%joint_tractions(scene%exposed, normal, shear)
-         call couple_potential(scene%joints, scene%solid, scene%split%x, state%u, normal, shear, state%joint, &
-                               state%opening, state%aperture)
+         call couple_potential(scene%joints, scene%solid, scene%split%x, state%u, normal, shear, state%tractions, &
+                               state%joint, state%opening, state%aperture)
          do e = 1, size(scene%friction)
             associate (j => scene%exposed%surface_joint(e))
                if (j == 0) cycle

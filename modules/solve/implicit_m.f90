@@ -20,7 +20,7 @@ module implicit_m
    use cracks_m, only: crack_at_rest, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left
-   use corners_m, only: decide_corners, press_further, stay_passed, any_passed, most_pressed
+   use corners_m, only: decide_corners, press_further, any_passed, most_pressed
    use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, equilibrate, evaluate, go_back, free_norm
    implicit none
    private
@@ -157,17 +157,16 @@ contains
       integer :: round, more
       logical :: changed, found
 
-      call decide_corners(scene%corners, state%u, changed)
+      call decide_corners(scene%corners, state%u, state%corners, changed)
       do round = 1, most_pressed
-         if (.not. any_passed(scene%corners, state%u)) return
+         if (.not. any_passed(scene%corners, state%corners, state%u)) return
          rest = state
-         call press_further(scene%corners)
+         call press_further(state%corners)
          call evaluate(scene, increment, state)
          self%factored = .false.
          call equilibrate(self, scene, increment, scene%rest_tolerance(), state, more, found)
          iterations = iterations + more
          if (found) cycle
-         call stay_passed(scene%corners)
          state = rest
          self%factored = .false.
          return

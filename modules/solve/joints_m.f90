@@ -13,7 +13,7 @@ module joints_m
    use jcm_m, only: aperture
    use riding_m, only: ride_t, ride, closure_pressure
    use solid_m, only: solid_t, solid_stress
-   use wall_contact_m, only: wall_contact_t, points_of_joints, wall_slip_rate
+   use wall_contact_m, only: wall_contact_t, wall_meeting_t, points_of_joints, wall_slip_rate
    implicit none
    private
 
@@ -37,20 +37,25 @@ module joints_m
       logical, allocatable :: wall_handled(:)
       !> Is it a bond that has not parted, whose walls are no matter of contact yet? (joints)
       logical, allocatable :: bonded(:)
-      !> Larger of normal and shear stiffness when the stable step was last computed (joints) [MPa/mm]
-      real(wp), allocatable :: stiffness_then(:)
+   end type joints_t
+
+   !> What passes between the walls of joints
+   type, public :: tractions_t
       !> Pressure and shear stress at the walls' integration points [Pa]; mean contact pressure of each joint on what is covered
       !> of its walls [MPa], and what is covered over their length now [-] (joints)
       real(wp), allocatable :: pressure(:), shear(:), contact_stress(:), covered(:)
       !> Normal stiffness of each joint where it is stiffest, weighed by what it covers there (joints) [MPa/mm]
       real(wp), allocatable :: contact_stiffness(:)
+      !> Larger of normal and shear stiffness when the stable step was last computed (joints) [MPa/mm]
+      real(wp), allocatable :: stiffness_then(:)
       !> Coupled joints: dilation of the last step (joints); d dilation/d overlap [-] and d dilation/d weight, the weight as a
       !> part of what is covered of the joint's walls [mm], at the integration points
       type(ride_t), allocatable :: ride(:)
       real(wp), allocatable :: by_overlap(:), by_weight(:)
-   end type joints_t
+   end type tractions_t
 
-   public :: init_joints, couple_walls, couple_potential, joint_stiffness, have_stiffened, wall_overlap, softer_joint
+   public :: init_joints, init_tractions, add_joints, couple_walls, couple_potential, joint_stiffness, have_stiffened, &
+             wall_overlap, softer_joint
 
    !> The stable step has to be computed again when a joint has become this much stiffer
    real(wp), parameter :: stiffer = 1.1_wp
@@ -68,27 +73,57 @@ contains
       joints%triangle = split%joint_triangle
       allocate (joints%group(n), source=0)
       allocate (joints%law(n))
-      allocate (joints%penalty(n), joints%contact_stress(n), joints%contact_stiffness(n), joints%stiffness_then(n), source=0.0_wp)
-      allocate (joints%covered(n), source=1.0_wp)
+      allocate (joints%penalty(n), source=0.0_wp)
       allocate (joints%coupled(n), joints%velocity_friction(n), joints%stress_from_walls(n), joints%literal_aperture(n), &
                 source=.false.)
-      allocate (joints%ride(n))
       allocate (joints%wall_handled(n), source=.true.)
       allocate (joints%bonded(n), source=.false.)
-      allocate (joints%length(n), joints%pressure(0), joints%shear(0), joints%by_overlap(0), joints%by_weight(0))
+      allocate (joints%length(n))
       do j = 1, n
          joints%length(j) = norm2(split%x(:, split%joint(2, j)) - split%x(:, split%joint(1, j)))
       end do
    end subroutine init_joints
 
+   !> Walls that feel nothing yet.
+   pure subroutine init_tractions(joints, tractions)
+      !> Number of joint elements
+      integer, intent(in) :: joints
+      type(tractions_t), intent(out) :: tractions
+
+      allocate (tractions%contact_stress(joints), tractions%contact_stiffness(joints), tractions%stiffness_then(joints), &
+                source=0.0_wp)
+      allocate (tractions%covered(joints), source=1.0_wp)
+      allocate (tractions%ride(joints))
+      allocate (tractions%pressure(0), tractions%shear(0), tractions%by_overlap(0), tractions%by_weight(0))
+   end subroutine init_tractions
+
+   !> Room for more joint elements, whose walls feel nothing yet.
+   pure subroutine add_joints(joints, tractions)
+      !> Number of joint elements, with the new ones
+      integer, intent(in) :: joints
+      type(tractions_t), intent(inout) :: tractions
+      type(tractions_t) :: old
+
+      old = tractions
+      call init_tractions(joints, tractions)
+      associate (n => size(old%covered))
+         tractions%contact_stress(:n) = old%contact_stress
+         tractions%contact_stiffness(:n) = old%contact_stiffness
+         tractions%covered(:n) = old%covered
+         tractions%stiffness_then(:n) = old%stiffness_then
+      end associate
+   end subroutine add_joints
+
    !> Update all joints in wall contact; leaves the tractions at the walls' integration points.
-   subroutine couple_walls(joints, walls, solid, x, u, v, point, opening, open_aperture)
-      type(joints_t), intent(inout) :: joints
-      !> Walls with their overlaps found for the displacement u
+   subroutine couple_walls(joints, walls, met, solid, x, u, v, tractions, point, opening, open_aperture)
+      type(joints_t), intent(in) :: joints
       type(wall_contact_t), intent(in) :: walls
+      !> Where they meet, found for the displacement u
+      type(wall_meeting_t), intent(in) :: met
       type(solid_t), intent(in) :: solid
       !> Reference coordinates [m], displacement [m] and velocity [m/s] (2, nodes)
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :), v(:, :)
+      type(tractions_t), intent(inout) :: tractions
       !> State of the joints (joints)
       type(joint_point_t), intent(inout) :: point(:)
       !> Opening w and aperture (joints) [mm]
@@ -97,43 +132,43 @@ contains
       integer :: first(size(walls%joint)/2 + 1), i, j, k
       real(wp) :: slip_rate, force
 
-      call make_room(joints, walls)
-      call points_of_joints(walls, first)
+      call make_room(met, tractions)
+      call points_of_joints(met, first)
       do i = 1, size(first) - 1
          j = walls%joint(2*i)
          frame = frame_of(joints, j, x, u)
-         call find_pressure(joints, walls, j, first(i), first(i + 1) - 1, solid, u, frame, point(j))
-         call update(joints, j, solid, u, frame, point(j), opening(j), open_aperture(j))
+         call find_pressure(joints, met, j, first(i), first(i + 1) - 1, solid, u, frame, point(j), tractions)
+         call update(joints, tractions, j, solid, u, frame, point(j), opening(j), open_aperture(j))
       end do
-      do k = 1, walls%points
-         j = walls%joint(walls%wall(k))
-         force = joints%pressure(k)
-         joints%shear(k) = 0.0_wp
+      do k = 1, met%points
+         j = walls%joint(met%wall(k))
+         force = tractions%pressure(k)
+         tractions%shear(k) = 0.0_wp
          if (force <= 0.0_wp .or. point(j)%sn <= 0.0_wp) cycle
          if (joints%velocity_friction(j)) then
-            slip_rate = wall_slip_rate(walls, k, v)
-            if (abs(slip_rate) > 0.0_wp) joints%shear(k) = sign(point(j)%mu_mob*force, slip_rate)     ! (4)
+            slip_rate = wall_slip_rate(met, k, v)
+            if (abs(slip_rate) > 0.0_wp) tractions%shear(k) = sign(point(j)%mu_mob*force, slip_rate)     ! (4)
          else
-            joints%shear(k) = point(j)%tau/point(j)%sn*force
+            tractions%shear(k) = point(j)%tau/point(j)%sn*force
          end if
       end do
    end subroutine couple_walls
 
    !> Room for what is known at the integration points.
-   subroutine make_room(joints, walls)
-      type(joints_t), intent(inout) :: joints
-      type(wall_contact_t), intent(in) :: walls
+   subroutine make_room(met, tractions)
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(inout) :: tractions
 
-      if (size(joints%pressure) >= walls%points) return
-      deallocate (joints%pressure, joints%shear, joints%by_overlap, joints%by_weight)
-      allocate (joints%pressure(size(walls%wall)), joints%shear(size(walls%wall)))
-      allocate (joints%by_overlap(size(walls%wall)), joints%by_weight(size(walls%wall)))
+      if (size(tractions%pressure) >= met%points) return
+      deallocate (tractions%pressure, tractions%shear, tractions%by_overlap, tractions%by_weight)
+      allocate (tractions%pressure(size(met%wall)), tractions%shear(size(met%wall)))
+      allocate (tractions%by_overlap(size(met%wall)), tractions%by_weight(size(met%wall)))
    end subroutine make_room
 
    !> Contact pressure from the overlap at the integration points of a joint's walls, and its mean over what is covered of them.
-   subroutine find_pressure(joints, walls, j, first, last, solid, u, frame, point)
-      type(joints_t), intent(inout) :: joints
-      type(wall_contact_t), intent(in) :: walls
+   subroutine find_pressure(joints, met, j, first, last, solid, u, frame, point, tractions)
+      type(joints_t), intent(in) :: joints
+      type(wall_meeting_t), intent(in) :: met
       !> Joint, the first and last integration point of its walls
       integer, intent(in) :: j, first, last
       type(solid_t), intent(in) :: solid
@@ -142,16 +177,17 @@ contains
       type(joint_frame_t), intent(in) :: frame
       !> State of the joint at the start of the step
       type(joint_point_t), intent(in) :: point
+      type(tractions_t), intent(inout) :: tractions
       real(wp) :: stress, overlap, force, covered, stiffness, stiffest, weighed
       integer :: k, softer
 
-      covered = sum(walls%weight(first:last))
+      covered = sum(met%weight(first:last))
       ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
       if (joints%coupled(j)) then
-         associate (gap => -walls%gap(first:last)/millimetre, weight => walls%weight(first:last)/max(tiny(covered), covered), &
-                    du => frame%shear/millimetre - point%u, found => joints%ride(j), &
-                    by_overlap => joints%by_overlap(first:last), by_weight => joints%by_weight(first:last), &
-                    other => merge(walls%faced_joint(first:last), j, walls%faced_joint(first:last) > 0))
+         associate (gap => -met%gap(first:last)/millimetre, weight => met%weight(first:last)/max(tiny(covered), covered), &
+                    du => frame%shear/millimetre - point%u, found => tractions%ride(j), &
+                    by_overlap => tractions%by_overlap(first:last), by_weight => tractions%by_weight(first:last), &
+                    other => merge(met%faced_joint(first:last), j, met%faced_joint(first:last) > 0))
             if (joints%stress_from_walls(j)) then
                call ride(joints%law(j), joints%penalty(j), point, du, gap, weight, found, by_overlap, by_weight, &
                          wall_stress(joints, j, solid, u, frame%j), joints%law(other), joints%penalty(other))
@@ -165,33 +201,34 @@ contains
       stiffest = 0.0_wp
       weighed = 0.0_wp
       do k = first, last
-         overlap = wall_overlap(joints, walls, j, k)
-         softer = softer_joint(joints, walls, j, k, overlap)
+         overlap = wall_overlap(joints, met, tractions, j, k)
+         softer = softer_joint(joints, met, j, k, overlap)
          stress = closure_stress(joints, softer, overlap)
-         joints%pressure(k) = stress*megapascal
-         force = force + stress*walls%weight(k)
+         tractions%pressure(k) = stress*megapascal
+         force = force + stress*met%weight(k)
          if (stress <= 0.0_wp .or. joints%penalty(softer) > 0.0_wp) cycle
          stiffness = joint_normal_stiffness(joints%law(softer), stress)
          stiffest = max(stiffest, stiffness)
-         weighed = weighed + stiffness*walls%weight(k)
+         weighed = weighed + stiffness*met%weight(k)
       end do
-      joints%contact_stress(j) = 0.0_wp
-      if (covered > 0.0_wp) joints%contact_stress(j) = force/covered
-      joints%covered(j) = 0.0_wp
-      if (last >= first) joints%covered(j) = covered/walls%length(walls%wall(first))
+      tractions%contact_stress(j) = 0.0_wp
+      if (covered > 0.0_wp) tractions%contact_stress(j) = force/covered
+      tractions%covered(j) = 0.0_wp
+      if (last >= first) tractions%covered(j) = covered/met%length(met%wall(first))
       ! A point may bear on one node of an edge alone, of which the bound gives each half
-      joints%contact_stiffness(j) = min(stiffest, 2.0_wp*weighed/joints%length(j))
+      tractions%contact_stiffness(j) = min(stiffest, 2.0_wp*weighed/joints%length(j))
    end subroutine find_pressure
 
    !> Overlap of the walls at an integration point, positive when they touch; of walls that ride with their dilation [mm].
-   pure real(wp) function wall_overlap(joints, walls, j, k) result(overlap)
+   pure real(wp) function wall_overlap(joints, met, tractions, j, k) result(overlap)
       type(joints_t), intent(in) :: joints
-      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(in) :: tractions
       !> Joint, integration point
       integer, intent(in) :: j, k
 
-      overlap = -walls%gap(k)/millimetre
-      if (joints%coupled(j)) overlap = overlap + joints%ride(j)%dilation
+      overlap = -met%gap(k)/millimetre
+      if (joints%coupled(j)) overlap = overlap + tractions%ride(j)%dilation
    end function wall_overlap
 
    !> Contact pressure of an overlap by the closure of a joint or its penalty [MPa].
@@ -206,16 +243,16 @@ contains
 
    !> The joint whose closure holds at an integration point. Where a wall has come to face the wall of another joint, beyond a
    !> crossing or on another block edge, it is the softer of the two: the closure that one has is no overlap for the other.
-   pure integer function softer_joint(joints, walls, j, k, overlap) result(softer)
+   pure integer function softer_joint(joints, met, j, k, overlap) result(softer)
       type(joints_t), intent(in) :: joints
-      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
       !> Joint of the wall, integration point
       integer, intent(in) :: j, k
       !> [mm]
       real(wp), intent(in) :: overlap
 
       softer = j
-      associate (other => walls%faced_joint(k))
+      associate (other => met%faced_joint(k))
          if (other == 0 .or. other == j .or. overlap <= 0.0_wp) return
          if (closure_stress(joints, other, overlap) < closure_stress(joints, j, overlap)) softer = other
       end associate
@@ -223,13 +260,14 @@ contains
 
    !> Update all joints in potential contact from the contact forces of the step before; their mobilised friction then
    !> bounds the friction of the next.
-   subroutine couple_potential(joints, solid, x, u, normal, shear, point, opening, open_aperture)
-      type(joints_t), intent(inout) :: joints
+   subroutine couple_potential(joints, solid, x, u, normal, shear, tractions, point, opening, open_aperture)
+      type(joints_t), intent(in) :: joints
       type(solid_t), intent(in) :: solid
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       !> Normal and shear stress of the contact, as means over the joints (joints) [Pa]
       real(wp), intent(in) :: normal(:), shear(:)
+      type(tractions_t), intent(inout) :: tractions
       type(joint_point_t), intent(inout) :: point(:)
       !> Opening w and aperture (joints) [mm]
       real(wp), intent(inout) :: opening(:), open_aperture(:)
@@ -237,8 +275,8 @@ contains
 
       do j = 1, size(joints%law)
          if (joints%wall_handled(j)) cycle
-         joints%contact_stress(j) = normal(j)/megapascal
-         call update(joints, j, solid, u, frame_of(joints, j, x, u), point(j), opening(j), open_aperture(j))
+         tractions%contact_stress(j) = normal(j)/megapascal
+         call update(joints, tractions, j, solid, u, frame_of(joints, j, x, u), point(j), opening(j), open_aperture(j))
          ! The contact, not the law, holds the walls: what counts is the shear stress it found
          point(j)%tau = shear(j)/megapascal
       end do
@@ -263,8 +301,9 @@ contains
    end function frame_of
 
    !> Update one joint: normal stress, law, aperture.
-   subroutine update(joints, j, solid, u, frame, point, opening, open_aperture)
+   subroutine update(joints, tractions, j, solid, u, frame, point, opening, open_aperture)
       type(joints_t), intent(in) :: joints
+      type(tractions_t), intent(in) :: tractions
       integer, intent(in) :: j
       type(solid_t), intent(in) :: solid
       real(wp), contiguous, intent(in) :: u(:, :)
@@ -274,11 +313,11 @@ contains
       real(wp) :: stress
 
       opening = frame%opening/millimetre
-      stress = joints%contact_stress(j)
+      stress = tractions%contact_stress(j)
       if (joints%stress_from_walls(j) .and. stress > 0.0_wp) stress = wall_stress(joints, j, solid, u, frame%j)
       associate (law => joints%law(j), du => frame%shear/millimetre - point%u)
          if (joints%coupled(j)) then
-            call update_joint(law, du, stress, point, joints%ride(j)%slip)
+            call update_joint(law, du, stress, point, tractions%ride(j)%slip)
          else
             call update_joint(law, du, stress, point)
          end if
@@ -322,14 +361,15 @@ contains
    end function joint_stiffness
 
    !> Has any joint become so much stiffer against closure that the stable step must be computed again?
-   pure logical function have_stiffened(joints)
+   pure logical function have_stiffened(joints, tractions)
       type(joints_t), intent(in) :: joints
+      type(tractions_t), intent(in) :: tractions
       integer :: j
 
       have_stiffened = .true.
       do j = 1, size(joints%penalty)
          if (joints%penalty(j) > 0.0_wp .or. .not. joints%wall_handled(j)) cycle
-         if (joints%contact_stiffness(j) > stiffer*joints%stiffness_then(j)) return
+         if (tractions%contact_stiffness(j) > stiffer*tractions%stiffness_then(j)) return
       end do
       have_stiffened = .false.
    end function have_stiffened

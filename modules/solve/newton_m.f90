@@ -46,10 +46,6 @@ module newton_m
 
    !> One increment, and what the iteration needs to know of it
    type, public, extends(increment_t) :: newton_increment_t
-      !> Surface edges that the walls faced at its start (walls)
-      integer, allocatable :: facing(:)
-      !> Overlaps that they had (walls)
-      real(wp), allocatable :: reached(:)
       !> Longest correction of one iteration [m]
       real(wp) :: longest = huge(1.0_wp)
       !> Drag on the free nodes over the stiffness of the rock around them: a force against their displacement since the
@@ -83,8 +79,6 @@ contains
       type(newton_increment_t), intent(out) :: increment
 
       increment%start = state
-      increment%facing = scene%walls%facing
-      increment%reached = scene%walls%reached
       increment%level = level
       if (scene%can_break) increment%bond = scene%bonds%point
       if (size(scene%joints%length) > 0) increment%longest = longest_correction*minval(scene%joints%length) &
@@ -98,8 +92,6 @@ contains
       type(state_t), intent(inout) :: state
 
       state = increment%start
-      scene%walls%facing = increment%facing
-      scene%walls%reached = increment%reached
       if (scene%can_break) scene%bonds%point = increment%bond
    end subroutine go_back
 
@@ -107,12 +99,12 @@ contains
    subroutine lay_out(self, scene, state)
       class(newton_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
-      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: state
       integer :: status
 
-      call find_overlaps(scene%walls, scene%split%x, state%u)
+      call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
       call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene), scene%joints, scene%walls, &
-                        scene%corners, self%system)
+                        state%walls, scene%corners, self%system)
       self%lu%max_memory = scene%deck%implicit%max_memory
       call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
       ! Where everything is prescribed there is nothing to solve for
@@ -262,7 +254,7 @@ contains
       class(newton_t), intent(inout) :: self
       type(scene_t), intent(inout) :: scene
       type(newton_increment_t), intent(in) :: increment
-      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: state
       !> Unbalanced force (unknowns)
       real(wp), intent(in) :: residual(:)
       logical, intent(out) :: regular
@@ -316,16 +308,16 @@ contains
       if (scene%can_break) call assemble_bonds(scene, increment, state, system, outside)
       if (increment%drag > 0.0_wp) call assemble_drag(scene, increment, system)
       if (.not. scene%has_walls) return
-      call points_of_joints(scene%walls, first)
+      call points_of_joints(state%walls, first)
       do i = 1, size(first) - 1
          associate (j => scene%walls%joint(2*i))
-            call joint_wall_tangent(scene%joints, scene%walls, j, first(i), first(i + 1) - 1, scene%split%x, state%u, &
-                                    state%joint(j), element)
+            call joint_wall_tangent(scene%joints, state%walls, state%tractions, j, first(i), first(i + 1) - 1, scene%split%x, &
+                                    state%u, state%joint(j), element)
          end associate
          call add_block(system, element%node(:element%nodes), element%stiffness, outside)
       end do
       do i = 1, size(scene%corners%stiffness)
-         call add_block(system, corner_nodes(scene%corners, i), corner_tangent(scene%corners, i, state%u), outside)
+         call add_block(system, corner_nodes(scene%corners, i), corner_tangent(scene%corners, state%corners, i, state%u), outside)
       end do
    end subroutine assemble
 
@@ -422,16 +414,16 @@ contains
       end if
       if (.not. scene%has_walls) return
       ! Walls walk to what they face now from where they were, not from where the last iteration took them
-      scene%walls%facing = increment%facing
-      scene%walls%reached = increment%reached
-      call find_overlaps(scene%walls, scene%split%x, state%u)
+      state%walls%facing = increment%start%walls%facing
+      state%walls%reached = increment%start%walls%reached
+      call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
       state%joint = increment%start%joint
-      call couple_walls(scene%joints, scene%walls, scene%solid, scene%split%x, state%u, state%v, state%joint, &
-                        state%opening, state%aperture)
+      call couple_walls(scene%joints, scene%walls, state%walls, scene%solid, scene%split%x, state%u, state%v, &
+                        state%tractions, state%joint, state%opening, state%aperture)
       state%normal = 0.0_wp
       state%friction = 0.0_wp
-      call add_wall_forces(scene%walls, scene%joints%pressure, scene%joints%shear, state%normal, state%friction)
-      call add_corner_forces(scene%corners, state%u, state%normal)
+      call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
+      call add_corner_forces(scene%corners, state%corners, state%u, state%normal)
    end subroutine evaluate
 
    !> Sum of all nodal forces (2, nodes) [N per m of thickness].

@@ -10,9 +10,9 @@ module recut_m
    use coulomb_joint_m, only: coulomb_joint_t
    use joint_law_m, only: joint_law_t, law_coulomb
    use joint_point_m, only: joint_point_t
-   use joints_m, only: joints_t, init_joints
-   use wall_contact_m, only: wall_contact_t
-   use corners_m, only: corners_t, keep_choices
+   use joints_m, only: joints_t, init_joints, add_joints
+   use wall_contact_m, only: init_meeting
+   use corners_m, only: corners_t, corner_choices_t, init_choices, keep_choices
    use contact_m, only: contact_t
    use loads_m, only: init_loads
    use scene_m, only: scene_t, build_nodes, build_walls, build_contact, begin_stage, law_of, lend_stiffness
@@ -84,10 +84,6 @@ contains
          joints%stress_from_walls(:n) = old%stress_from_walls
          joints%literal_aperture(:n) = old%literal_aperture
          joints%wall_handled(:n) = old%wall_handled
-         joints%contact_stress(:n) = old%contact_stress
-         joints%contact_stiffness(:n) = old%contact_stiffness
-         joints%covered(:n) = old%covered
-         joints%stiffness_then(:n) = old%stiffness_then
          joints%bonded(:n) = old%bonded
          joints%bonded(n + 1:) = .true.
          allocate (point(size(joints%group)))
@@ -97,6 +93,7 @@ contains
       end associate
       point(:n) = state%joint
       call move_alloc(point, state%joint)
+      call add_joints(size(state%joint), state%tractions)
    end subroutine join_joints
 
    !> Bonds of the new cuts; the law of each crack for the time when its bond has parted.
@@ -176,31 +173,32 @@ contains
    subroutine renew_contact(scene, parent, state)
       type(scene_t), intent(inout) :: scene
       integer, intent(in) :: parent(:)
-      type(state_t), intent(in) :: state
-      type(wall_contact_t) :: walls
+      type(state_t), intent(inout) :: state
       type(corners_t) :: corners
+      type(corner_choices_t) :: choices
       type(contact_t) :: contact
       integer, allocatable :: edge(:), facing(:, :)
       real(wp), allocatable :: reached(:, :)
       integer :: w
       logical :: had_contact
 
-      walls = scene%walls
       corners = scene%corners
+      choices = state%corners
       allocate (facing(2, size(scene%joints%group)), source=0)
       allocate (reached(2, size(scene%joints%group)), source=0.0_wp)
-      do w = 1, size(walls%joint), 2
-         facing(:, walls%joint(w)) = walls%facing(w:w + 1)
-         reached(:, walls%joint(w)) = walls%reached(w:w + 1)
+      do w = 1, size(scene%walls%joint), 2
+         facing(:, scene%walls%joint(w)) = state%walls%facing(w:w + 1)
+         reached(:, scene%walls%joint(w)) = state%walls%reached(w:w + 1)
       end do
       call build_walls(scene)
-      call keep_choices(corners, parent, scene%corners)
+      call init_meeting(scene%walls, state%walls)
+      call keep_choices(corners, choices, parent, scene%corners, state%corners)
       do w = 1, size(scene%walls%joint), 2
          ! Surface edges keep their numbers
          associate (j => scene%walls%joint(w))
             if (any(facing(:, j) == 0)) cycle
-            scene%walls%facing(w:w + 1) = facing(:, j)
-            scene%walls%reached(w:w + 1) = reached(:, j)
+            state%walls%facing(w:w + 1) = facing(:, j)
+            state%walls%reached(w:w + 1) = reached(:, j)
          end associate
       end do
       had_contact = scene%has_contact
@@ -211,16 +209,19 @@ contains
    end subroutine renew_contact
 
    !> Wall contact of a run that goes on from a checkpoint, and general contact that does not remember anything yet.
-   subroutine restore_walls(scene, facing, reached)
+   subroutine restore_walls(scene, facing, reached, state)
       type(scene_t), intent(inout) :: scene
       !> Surface edge that each wall edge faced last (walls)
       integer, intent(in) :: facing(:)
       !> Overlap that it had over its length (walls)
       real(wp), intent(in) :: reached(:)
+      type(state_t), intent(inout) :: state
 
       call build_walls(scene)
-      scene%walls%facing = facing
-      scene%walls%reached = reached
+      call init_choices(scene%corners, state%corners)
+      call init_meeting(scene%walls, state%walls)
+      state%walls%facing = facing
+      state%walls%reached = reached
       call build_contact(scene)
    end subroutine restore_walls
 

@@ -10,7 +10,7 @@ module relaxation_m
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
    use scene_m, only: scene_t
-   use corners_m, only: decide_corners, press_further, stay_passed, any_passed, any_held, keep_closure, most_pressed
+   use corners_m, only: decide_corners, press_further, any_passed, any_held, keep_closure, most_pressed
    use state_m, only: state_t
    use joints_m, only: have_stiffened
    use loads_m, only: loads_t, smooth_ramp
@@ -107,7 +107,7 @@ contains
       pressed = 0
       pressed_at = 0
       call find_masses(scene, .true., state, mass)
-      call keep_closure(scene%corners, state%u)
+      call keep_closure(scene%corners, state%u, state%corners)
       since_kept = 1.0_wp
       call guess(scene, increment, duration, state, ramp)
       v = 0.0_wp
@@ -119,20 +119,20 @@ contains
          call forces_from_start(scene, increment, level + part*(increment%level - level), state, searched)
          report%steps = report%steps + 1_i8
          state%step = state%step + 1_i8
-         if (searched .or. scene%walls%moved_on .or. have_stiffened(scene%joints) .or. &
+         if (searched .or. state%walls%moved_on .or. have_stiffened(scene%joints, state%tractions) .or. &
              .not. scene%deck%plan%skip_step) &
             call find_masses(scene, .false., state, mass)
          if (step >= ramp .and. mod(step - ramp, steps_between_looks) == 0) then
             unbalanced = unbalanced_ratio(scene%loads, state)
-            if (any_held(scene%corners) .and. unbalanced <= max(scene%rest_tolerance(), refresh*since_kept)) then
-               call keep_closure(scene%corners, state%u)
+            if (any_held(state%corners) .and. unbalanced <= max(scene%rest_tolerance(), refresh*since_kept)) then
+               call keep_closure(scene%corners, state%u, state%corners)
                call forces_from_start(scene, increment, increment%level, state, searched)
                unbalanced = unbalanced_ratio(scene%loads, state)
                since_kept = unbalanced
             end if
             if (unbalanced <= scene%rest_tolerance()) then
-               if (pressed == 0) call decide_corners(scene%corners, state%u, changed)
-               if (pressed == most_pressed .or. .not. any_passed(scene%corners, state%u)) then
+               if (pressed == 0) call decide_corners(scene%corners, state%u, state%corners, changed)
+               if (pressed == most_pressed .or. .not. any_passed(scene%corners, state%corners, state%u)) then
                   call account_increment(scene, increment%start, state)
                   return
                end if
@@ -140,14 +140,13 @@ contains
                rest = state
                pressed = pressed + 1
                pressed_at = step
-               call press_further(scene%corners)
+               call press_further(state%corners)
                since_kept = 1.0_wp
                call find_masses(scene, .false., state, mass)
             else if (pressed > 0 .and. step - pressed_at > scene%deck%relaxation%max_steps/10) then
                ! Rest with the corners where they are is better than none
                state = rest
-               call stay_passed(scene%corners)
-               call keep_closure(scene%corners, state%u)
+               call keep_closure(scene%corners, state%u, state%corners)
                call forces_from_start(scene, increment, increment%level, state, searched)
                call account_increment(scene, increment%start, state)
                return
@@ -202,7 +201,7 @@ contains
    subroutine find_masses(scene, anew, state, mass)
       type(scene_t), intent(inout) :: scene
       logical, intent(in) :: anew
-      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: state
       !> (nodes) [N/m per m of thickness]
       real(wp), intent(inout) :: mass(:)
       real(wp) :: stiffness(size(mass))

@@ -19,8 +19,8 @@ module scene_m
    use joint_law_m, only: joint_law_t, joint_law_named, law_jcm, law_jcm_mean, law_coulomb
    use joints_m, only: joints_t, init_joints
    use bonds_m, only: bonds_t, is_closed
-   use wall_contact_m, only: wall_contact_t, init_wall_contact, surfaces_walked, walls_touching, lets_go
-   use corners_m, only: corners_t, init_corners
+   use wall_contact_m, only: wall_contact_t, init_wall_contact, init_meeting, surfaces_walked, walls_touching, lets_go
+   use corners_m, only: corners_t, init_corners, init_choices
    use contact_m, only: contact_t, contact_options_t
    use friction_m, only: friction_slider, friction_velocity
    use pore_pressure_m, only: add_pore_pressure
@@ -115,6 +115,8 @@ contains
       call build_contact(scene)
       call init_loads(scene%split, deck%boundary, scene%loads, every_time=.not. deck%plan%skip_loads)
       call init_state(scene%mass, size(scene%split%joint, 2), state)
+      call init_meeting(scene%walls, state%walls)
+      call init_choices(scene%corners, state%corners)
       call start_moving(scene, state)
    end subroutine build_scene
 

@@ -5,7 +5,7 @@
 !> some way before the pattern has to be built again.
 module sparse_system_m
    use kinds_m, only: wp
-   use wall_contact_m, only: wall_contact_t, points_of_joints
+   use wall_contact_m, only: wall_contact_t, wall_meeting_t, points_of_joints
    use corners_m, only: corners_t, corner_nodes
    use joints_m, only: joints_t
    implicit none
@@ -30,7 +30,7 @@ module sparse_system_m
 contains
 
    !> Number the unknowns and lay out the pattern.
-   subroutine build_system(fixed, triangle, bond, joints, walls, corners, system)
+   subroutine build_system(fixed, triangle, bond, joints, walls, met, corners, system)
       !> Prescribed components (2, nodes)
       logical, intent(in) :: fixed(:, :)
       !> Corner nodes (3, triangles), nodes of bonds (4, bonds)
@@ -38,6 +38,7 @@ contains
       type(joints_t), intent(in) :: joints
       !> Walls where they face each other now
       type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
       type(corners_t), intent(in) :: corners
       type(sparse_system_t), intent(out) :: system
       integer, allocatable :: group_first(:), group_node(:), first(:), neighbour(:)
@@ -51,7 +52,7 @@ contains
             system%number(i, n) = system%unknowns
          end do
       end do
-      call list_groups(triangle, bond, joints, walls, corners, group_first, group_node)
+      call list_groups(triangle, bond, joints, walls, met, corners, group_first, group_node)
       call node_neighbours(size(fixed, 2), group_first, group_node, first, neighbour)
       call expand(first, neighbour, system)
       allocate (system%value(size(system%column)), source=0.0_wp)
@@ -60,10 +61,11 @@ contains
 
    !> Groups of nodes that are all joined with each other: triangles, bonds, joints with what their walls face and may come
    !> to face, and the blocks around crossings.
-   subroutine list_groups(triangle, bond, joints, walls, corners, group_first, group_node)
+   subroutine list_groups(triangle, bond, joints, walls, met, corners, group_first, group_node)
       integer, intent(in) :: triangle(:, :), bond(:, :)
       type(joints_t), intent(in) :: joints
       type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
       type(corners_t), intent(in) :: corners
       !> Nodes of group g: group_node(group_first(g):group_first(g + 1) - 1)
       integer, allocatable, intent(out) :: group_first(:), group_node(:)
@@ -73,7 +75,7 @@ contains
 
       elements = size(triangle, 2) + size(bond, 2)
       allocate (group_first(elements + size(first) + size(corners%stiffness)), &
-                group_node(3*size(triangle, 2) + 4*size(bond, 2) + most*(size(first) - 1) + most_at_point*walls%points &
+                group_node(3*size(triangle, 2) + 4*size(bond, 2) + most*(size(first) - 1) + most_at_point*met%points &
                            + 2*size(corners%stiffness) + 2*size(corners%share)))
       last = 0
       do e = 1, size(triangle, 2)
@@ -86,17 +88,17 @@ contains
          group_node(last + 1:last + 4) = bond(:, e)
          last = last + 4
       end do
-      call points_of_joints(walls, first)
+      call points_of_joints(met, first)
       do i = 1, size(first) - 1
          g = elements + i
          group_first(g) = last + 1
          group_node(last + 1:last + 4) = joints%node(:, walls%joint(2*i))
          last = last + 4
-         call add_faced(walls%facing(2*i - 1))
-         call add_faced(walls%facing(2*i))
+         call add_faced(met%facing(2*i - 1))
+         call add_faced(met%facing(2*i))
          do k = first(i), first(i + 1) - 1
-            call add_nodes(walls%point_node(:, k))
-            call add_nodes(pack(walls%beside(:, k), walls%beside(:, k) > 0))
+            call add_nodes(met%point_node(:, k))
+            call add_nodes(pack(met%beside(:, k), met%beside(:, k) > 0))
          end do
       end do
       do i = 1, size(corners%stiffness)

@@ -91,7 +91,7 @@ contains
       type(scene_t), intent(inout) :: scene
       !> Stage that starts
       integer, intent(in) :: stage
-      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       real(wp) :: stiffness(size(state%mass)), longest
 
@@ -109,17 +109,18 @@ contains
    !> Nodal bounds of the stiffness of rock, joints and contact at the present state (nodes) [N/m per m of thickness].
    subroutine stiffness_bound(scene, state, bound)
       type(scene_t), intent(inout) :: scene
-      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: state
       real(wp), intent(out) :: bound(:)
 
       bound = scene%rock_stiffness
       if (scene%has_walls) then
-         scene%joints%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, scene%joints%contact_stiffness, &
-                                                       state%joint)
-         call find_overlaps(scene%walls, scene%split%x, state%u)
-         call wall_stiffness_bound(scene%walls, scene%split%x, &
-                                   scene%joints%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
-         call corner_stiffness_bound(scene%corners, bound)
+         state%tractions%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, &
+                                                          state%tractions%contact_stiffness, state%joint)
+         call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
+         state%walls%moved_on = .false.
+         call wall_stiffness_bound(scene%walls, state%walls, scene%split%x, &
+                                   state%tractions%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
+         call corner_stiffness_bound(scene%corners, state%corners, bound)
       end if
       if (scene%has_contact) call scene%contact%add_stiffness(bound)
       if (scene%can_break) call bonds_stiffness_bound(scene%bonds, bound)

@@ -2,6 +2,9 @@
 module state_m
    use kinds_m, only: wp, i8
    use joint_point_m, only: joint_point_t
+   use wall_contact_m, only: wall_meeting_t
+   use corners_m, only: corner_choices_t
+   use joints_m, only: tractions_t, init_tractions
    implicit none
    private
 
@@ -37,6 +40,10 @@ module state_m
       !> Joint elements (joints), their opening w and aperture (joints) [mm]
       type(joint_point_t), allocatable :: joint(:)
       real(wp), allocatable :: opening(:), aperture(:)
+      !> Where walls meet, what passes between them, and which corners of blocks are held
+      type(wall_meeting_t) :: walls
+      type(tractions_t) :: tractions
+      type(corner_choices_t) :: corners
       type(energy_t) :: energy
    end type state_t
 
@@ -58,6 +65,7 @@ contains
       allocate (state%u(2, n), state%v(2, n), state%solid(2, n), state%normal(2, n), state%friction(2, n), &
                 state%load(2, n), source=0.0_wp)
       allocate (state%joint(joints))
+      call init_tractions(joints, state%tractions)
       allocate (state%opening(joints), state%aperture(joints), source=0.0_wp)
    end subroutine init_state
 

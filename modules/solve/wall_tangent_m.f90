@@ -8,11 +8,11 @@
 module wall_tangent_m
    use kinds_m, only: wp
    use constants_m, only: megapascal, millimetre, megapascal_per_millimetre
-   use wall_contact_m, only: wall_contact_t, facing_part, facing_part_slope
+   use wall_contact_m, only: wall_meeting_t, facing_part, facing_part_slope
    use joint_point_m, only: joint_point_t, joint_tangent_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joint_law_m, only: joint_tangent, joint_normal_stiffness
-   use joints_m, only: joints_t, wall_overlap, softer_joint
+   use joints_m, only: joints_t, tractions_t, wall_overlap, softer_joint
    use riding_m, only: pressure_stiffness
    implicit none
    private
@@ -54,9 +54,10 @@ module wall_tangent_m
 contains
 
    !> Stiffness of both walls of a joint at the state the joint was last updated to.
-   pure subroutine joint_wall_tangent(joints, walls, j, first, last, x, u, point, element)
+   pure subroutine joint_wall_tangent(joints, met, tractions, j, first, last, x, u, point, element)
       type(joints_t), intent(in) :: joints
-      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(in) :: tractions
       !> Joint, the first and last integration point of its walls
       integer, intent(in) :: j, first, last
       !> Reference coordinates and displacement (2, nodes) [m]
@@ -71,7 +72,7 @@ contains
       integer :: node(point_nodes, first:last), place(point_nodes, first:last), own(own_nodes), k, m
 
       do k = first, last
-         node(:, k) = [walls%point_node(:, k), walls%beside(:, k)]
+         node(:, k) = [met%point_node(:, k), met%beside(:, k)]
       end do
       call collect_nodes(joints%node(:, j), node, element, own)
       m = 2*element%nodes
@@ -79,47 +80,48 @@ contains
       if (last < first) return
       allocate (slip(m), pressure(m, first:last), weight(m, first:last), dilation(m), stress(m))
       if (joints%coupled(j)) then
-         tangent = joint_tangent(joints%law(j), point, joints%ride(j)%slip)
+         tangent = joint_tangent(joints%law(j), point, tractions%ride(j)%slip)
       else
          tangent = joint_tangent(joints%law(j), point)
       end if
       slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
-      covered = sum(walls%weight(first:last))
+      covered = sum(met%weight(first:last))
       do k = first, last
          place(:, k) = places(node(:, k), element)
-         geometry(k) = point_geometry(walls, k, positions(node(:, k), x, u))
+         geometry(k) = point_geometry(met, k, positions(node(:, k), x, u))
          pressure(:, k) = -onto_element(geometry(k)%gap, place(:, k), m)
          weight(:, k) = onto_element(geometry(k)%weight, place(:, k), m)/covered
       end do
       ! Of what is covered each point has a part: what one gains the others lose
       stress = sum(weight, dim=2)
       do k = first, last
-         weight(:, k) = weight(:, k) - walls%weight(k)/covered*stress
+         weight(:, k) = weight(:, k) - met%weight(k)/covered*stress
       end do
       dilation = 0.0_wp
       if (joints%coupled(j)) then
-         associate (ride => joints%ride(j))
+         associate (ride => tractions%ride(j))
             dilation = ride%by_slip*slip
             do k = first, last
-               dilation = dilation + joints%by_overlap(k)*pressure(:, k) + joints%by_weight(k)*millimetre*weight(:, k)
+               dilation = dilation + tractions%by_overlap(k)*pressure(:, k) + tractions%by_weight(k)*millimetre*weight(:, k)
             end do
          end associate
       end if
       stress = 0.0_wp
       do k = first, last
-         pressure(:, k) = normal_stiffness_at(joints, walls, j, k)*(pressure(:, k) + dilation)
-         stress = stress + walls%weight(k)/covered*pressure(:, k) + joints%pressure(k)*weight(:, k)
+         pressure(:, k) = normal_stiffness_at(joints, met, tractions, j, k)*(pressure(:, k) + dilation)
+         stress = stress + met%weight(k)/covered*pressure(:, k) + tractions%pressure(k)*weight(:, k)
       end do
       do k = first, last
-         call add_point(joints, walls, j, k, point, tangent, geometry(k), place(:, k), slip, pressure(:, k), stress, &
+         call add_point(joints, met, tractions, j, k, point, tangent, geometry(k), place(:, k), slip, pressure(:, k), stress, &
                         element%stiffness(:m, :m))
       end do
    end subroutine joint_wall_tangent
 
    !> Add an integration point's part, minus the derivative of the nodal forces of its tractions.
-   pure subroutine add_point(joints, walls, j, k, point, tangent, geometry, place, slip, pressure, stress, stiffness)
+   pure subroutine add_point(joints, met, tractions, j, k, point, tangent, geometry, place, slip, pressure, stress, stiffness)
       type(joints_t), intent(in) :: joints
-      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(in) :: tractions
       !> Joint and integration point
       integer, intent(in) :: j, k
       type(joint_point_t), intent(in) :: point
@@ -134,11 +136,11 @@ contains
       real(wp) :: n(2), t(2), p, s, friction
       integer :: i, c, row
 
-      t = walls%tangent(:, walls%wall(k))
+      t = met%tangent(:, met%wall(k))
       n = [-t(2), t(1)]
-      p = joints%pressure(k)
+      p = tractions%pressure(k)
       s = 0.0_wp
-      shear = shear_floor(joints, walls, j, k, tangent, point)*spread_to(place, walls%shape(:, k), t, size(slip))
+      shear = shear_floor(joints, met, tractions, j, k, tangent, point)*spread_to(place, met%shape(:, k), t, size(slip))
       if (point%sn > 0.0_wp .and. p > 0.0_wp) then
          friction = point%tau/point%sn
          s = friction*p
@@ -146,16 +148,16 @@ contains
                  (tangent%tau_u*megapascal_per_millimetre*slip + (tangent%tau_sn - friction)*stress)
       end if
       ! Tractions times weight, turned with the wall: p n - s t, with dn = -t dtheta and dt = n dtheta
-      along_n = walls%weight(k)*(pressure - s*onto_element(geometry%turn, place, size(slip))) &
+      along_n = met%weight(k)*(pressure - s*onto_element(geometry%turn, place, size(slip))) &
                 + p*onto_element(geometry%weight, place, size(slip))
-      along_t = walls%weight(k)*(-shear - p*onto_element(geometry%turn, place, size(slip))) &
+      along_t = met%weight(k)*(-shear - p*onto_element(geometry%turn, place, size(slip))) &
                 - s*onto_element(geometry%weight, place, size(slip))
       do i = 1, own_nodes
          shape(:, i) = onto_element(geometry%shape(:, i), place, size(slip))
          do c = 1, 2
             row = 2*(place(i) - 1) + c
-            stiffness(row, :) = stiffness(row, :) - side(i)*(walls%shape(i, k)*(along_n*n(c) + along_t*t(c)) &
-                                                             + shape(:, i)*walls%weight(k)*(p*n(c) - s*t(c)))
+            stiffness(row, :) = stiffness(row, :) - side(i)*(met%shape(i, k)*(along_n*n(c) + along_t*t(c)) &
+                                                             + shape(:, i)*met%weight(k)*(p*n(c) - s*t(c)))
          end do
       end do
    end subroutine add_point
@@ -175,8 +177,8 @@ contains
    end function positions
 
    !> How place, weight, gap and direction of an integration point change with the positions of its nodes.
-   pure function point_geometry(walls, k, position) result(geometry)
-      type(wall_contact_t), intent(in) :: walls
+   pure function point_geometry(met, k, position) result(geometry)
+      type(wall_meeting_t), intent(in) :: met
       !> Integration point
       integer, intent(in) :: k
       !> Of its nodes (2, nodes) [m]
@@ -186,40 +188,40 @@ contains
                   xi(components), eta(components), low_end, high_end, share, held
       integer :: i
 
-      n = [-walls%tangent(2, walls%wall(k)), walls%tangent(1, walls%wall(k))]
-      length = walls%length(walls%wall(k))
+      n = [-met%tangent(2, met%wall(k)), met%tangent(1, met%wall(k))]
+      length = met%length(met%wall(k))
       geometry%length = 0.0_wp
-      geometry%length(:4) = [-walls%tangent(:, walls%wall(k)), walls%tangent(:, walls%wall(k))]
+      geometry%length(:4) = [-met%tangent(:, met%wall(k)), met%tangent(:, met%wall(k))]
       geometry%turn = 0.0_wp
       geometry%turn(:4) = [-n, n]/length
-      associate (p => position(:, 3), q => position(:, 4), t => walls%tangent(:, walls%wall(k)))
+      associate (p => position(:, 3), q => position(:, 4), t => met%tangent(:, met%wall(k)))
          finish = dot_product(p - position(:, 1), t)/length
          start = dot_product(q - position(:, 1), t)/length
          to = place_on_wall(geometry, position, 3, n, t, length)
          from = place_on_wall(geometry, position, 4, n, t, length)
          ! An end of the covered part does not move where the wall itself ends; where blocks share, both move it by half
-         low_end = max(0.0_wp, walls%part(1, k))
-         high_end = min(1.0_wp, walls%part(2, k))
+         low_end = max(0.0_wp, met%part(1, k))
+         high_end = min(1.0_wp, met%part(2, k))
          low = 0.0_wp
          high = 0.0_wp
          if (low_end > 0.0_wp) low = from
          if (high_end < 1.0_wp) high = to
-         if (low_end > 0.0_wp .and. walls%beside(1, k) > 0) &
+         if (low_end > 0.0_wp .and. met%beside(1, k) > 0) &
             low = 0.5_wp*(from + place_on_wall(geometry, position, 5, n, t, length))
-         if (high_end < 1.0_wp .and. walls%beside(2, k) > 0) &
+         if (high_end < 1.0_wp .and. met%beside(2, k) > 0) &
             high = 0.5_wp*(to + place_on_wall(geometry, position, 6, n, t, length))
-         share = (walls%shape(2, k) - low_end)/(high_end - low_end)
+         share = (met%shape(2, k) - low_end)/(high_end - low_end)
          xi = low + share*(high - low)
-         eta = (to - xi - walls%shape(4, k)*(to - from))/(finish - start)
+         eta = (to - xi - met%shape(4, k)*(to - from))/(finish - start)
          geometry%gap = -dot_product(q - p, n)*eta
          do i = 1, own_nodes
-            geometry%gap(2*i - 1:2*i) = geometry%gap(2*i - 1:2*i) + side(i)*walls%shape(i, k)*n
+            geometry%gap(2*i - 1:2*i) = geometry%gap(2*i - 1:2*i) + side(i)*met%shape(i, k)*n
          end do
       end associate
       ! What the other wall has, surfaces at an angle and deep overlaps of new cracks are not held whole
-      held = walls%weight(k)/(0.5_wp*(high_end - low_end)*length)
+      held = met%weight(k)/(0.5_wp*(high_end - low_end)*length)
       geometry%weight = held*0.5_wp*((high - low)*length + (high_end - low_end)*geometry%length) &
-                        + walls%weight(k)*facing_change(walls, k, geometry, position)
+                        + met%weight(k)*facing_change(met, k, geometry, position)
       geometry%shape(:, 1) = -xi
       geometry%shape(:, 2) = xi
       geometry%shape(:, 3) = -eta
@@ -227,8 +229,8 @@ contains
    end function point_geometry
 
    !> How the part of its pressure that a point has at the angle of its two edges changes with its nodes, over itself [1/m].
-   pure function facing_change(walls, k, geometry, position) result(change)
-      type(wall_contact_t), intent(in) :: walls
+   pure function facing_change(met, k, geometry, position) result(change)
+      type(wall_meeting_t), intent(in) :: met
       !> Integration point
       integer, intent(in) :: k
       !> Its turn is known
@@ -240,7 +242,7 @@ contains
       along = position(:, 3) - position(:, 4)
       length = norm2(along)
       along = along/length
-      associate (t => walls%tangent(:, walls%wall(k)))
+      associate (t => met%tangent(:, met%wall(k)))
          cosine = dot_product(along, t)
          part = facing_part(cosine)
          if (part <= 0.0_wp) return
@@ -374,23 +376,25 @@ contains
    end function slip_gradient
 
    !> d pressure/d overlap at an integration point [Pa/m].
-   pure real(wp) function normal_stiffness_at(joints, walls, j, k) result(stiffness)
+   pure real(wp) function normal_stiffness_at(joints, met, tractions, j, k) result(stiffness)
       type(joints_t), intent(in) :: joints
-      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(in) :: tractions
       !> Joint and integration point
       integer, intent(in) :: j, k
       integer :: softer
 
-      softer = softer_joint(joints, walls, j, k, wall_overlap(joints, walls, j, k))
-      stiffness = pressure_stiffness(joints%law(softer), joints%penalty(softer), joints%pressure(k)/megapascal)
-      if (is_open(joints, walls, j, k)) stiffness = share_when_open(joints, j)*stiffness
+      softer = softer_joint(joints, met, j, k, wall_overlap(joints, met, tractions, j, k))
+      stiffness = pressure_stiffness(joints%law(softer), joints%penalty(softer), tractions%pressure(k)/megapascal)
+      if (is_open(joints, met, tractions, j, k)) stiffness = share_when_open(joints, j)*stiffness
       stiffness = stiffness*megapascal_per_millimetre
    end function normal_stiffness_at
 
    !> What the shear stiffness at an integration point lacks for the system to be regular [Pa/m].
-   pure real(wp) function shear_floor(joints, walls, j, k, tangent, point) result(stiffness)
+   pure real(wp) function shear_floor(joints, met, tractions, j, k, tangent, point) result(stiffness)
       type(joints_t), intent(in) :: joints
-      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(in) :: tractions
       !> Joint and integration point
       integer, intent(in) :: j, k
       type(joint_tangent_t), intent(in) :: tangent
@@ -400,19 +404,20 @@ contains
       stiffness = 0.0_wp
       if (tangent%tau_u < 0.0_wp) return
       share = share_when_open(joints, j)
-      if (point%sn <= 0.0_wp .and. .not. is_open(joints, walls, j, k)) share = unstressed_share
+      if (point%sn <= 0.0_wp .and. .not. is_open(joints, met, tractions, j, k)) share = unstressed_share
       stiffness = joint_normal_stiffness(joints%law(j), 0.0_wp)*share
       stiffness = max(0.0_wp, stiffness - tangent%tau_u)*megapascal_per_millimetre
    end function shear_floor
 
    !> Are the walls apart at an integration point?
-   pure logical function is_open(joints, walls, j, k)
+   pure logical function is_open(joints, met, tractions, j, k)
       type(joints_t), intent(in) :: joints
-      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(in) :: tractions
       !> Joint and integration point
       integer, intent(in) :: j, k
 
-      is_open = wall_overlap(joints, walls, j, k) < -touching
+      is_open = wall_overlap(joints, met, tractions, j, k) < -touching
    end function is_open
 
    !> Part of its first stiffness that a joint keeps in the tangent when it is open.
