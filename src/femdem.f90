@@ -81,7 +81,7 @@ program femdem
    call start_cracks(scene, log, state)
    call say_plan(scene, mesh, log)
    if (command%check) then
-      call begin_stage(scene, 1)
+      call begin_stage(scene, 1, state)
       call check_given_step(scene, 1, state, errors)
       if (errors%any()) call stop_with(status_bad_input)
       call log%say('the input is good')
@@ -96,7 +96,7 @@ program femdem
    call progress%start()
    if (command%restart == '') call start_account(scene, state)
    do stage = 1, size(deck%stage)
-      call begin_stage(scene, stage)
+      call begin_stage(scene, stage, state)
       if (stage < done%stage .or. (stage == done%stage .and. done%cycle >= deck%stage(stage)%cycles)) cycle
       call check_given_step(scene, stage, state, errors)
       ! Before the first step it is the input that is wrong; later the joints have become too stiff for it

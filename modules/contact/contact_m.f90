@@ -49,51 +49,31 @@ module contact_m
       real(wp) :: slip = 0.0_wp
    end type touch_t
 
-   !> What friction remembers: springs, their energy, displacements at the last call of forces
-   type, public :: contact_memory_t
+   !> What friction remembers
+   type, public :: contact_springs_t
       private
-      real(wp), allocatable :: elongation(:), stiffness(:), before(:, :)
+      !> Friction spring of each surface edge: elongation [m], stiffness [N/m per metre of thickness] (surface edges)
+      real(wp), allocatable :: elongation(:), stiffness(:)
+      !> Displacement of the objects' nodes at the last call of forces (2, layer nodes) [m]
+      real(wp), allocatable :: before(:, :)
+      !> Energy in all friction springs [J/m]
       real(wp) :: spring_energy = 0.0_wp
-   end type contact_memory_t
+   end type contact_springs_t
 
-   !> Contact between the surfaces of a split mesh
-   type, public :: contact_t
+   !> What the contact remembers, and what it found last
+   type, public :: contact_state_t
       private
-      type(contact_options_t) :: options
-      !> Can any two surfaces meet? Else nothing is ever searched or computed.
-      logical, public :: possible = .false.
       !> Searches so far
       integer, public :: searches = 0
       !> Force on each surface edge over the last step: normal (compression positive) and shear, the tangential force on
       !> the rock that owns the edge along the edge's direction (surface edges) [N/m]
       real(wp), allocatable, public :: normal(:), shear(:)
-
-      !> Nodes of each object (3, objects); surface edge each of its edges is, 0 inside the rock (3, objects)
-      integer, allocatable :: node(:, :), edge(:, :)
-      !> Number of each node that is the same for nodes held together (3, objects)
-      integer, allocatable :: same(:, :)
-      !> Height of each object over each of its edges (3, objects) [m], its penalty [Pa] and half its skin [m] (objects)
-      real(wp), allocatable :: height(:, :), penalty(:), half_skin(:)
-      !> Height that the potential rises over from the surface, the least where there is a choice (objects) [m]
-      real(wp), allocatable :: surface_height(:)
-      !> Groups handled elsewhere that each object touches
-      type(groups_t) :: handled
-      !> Length of each surface edge [m]
-      real(wp), allocatable :: length(:)
-      !> Nodes of the objects; how far each may move before the next search [m]; its displacement at the last search and
-      !> at the last call of forces (2, layer nodes) [m]
-      integer, allocatable :: layer(:)
-      real(wp), allocatable :: reach(:), searched(:, :), before(:, :)
-      !> Place of each node in layer, 0 for the others (nodes)
-      integer, allocatable :: place(:)
-
+      type(contact_springs_t), public :: springs
+      !> Displacement of the objects' nodes at the last search (2, layer nodes) [m]
+      real(wp), allocatable :: searched(:, :)
       !> Objects near each other (2, pairs), their penalty [Pa], and the objects that occur in a pair
       integer, allocatable :: pair(:, :), near(:)
       real(wp), allocatable :: pair_penalty(:)
-      !> Friction spring of each surface edge: elongation [m], stiffness [N/m per metre of thickness] (surface edges)
-      real(wp), allocatable :: elongation(:), stiffness(:)
-      !> Energy in all friction springs [J/m]
-      real(wp) :: spring_energy = 0.0_wp
       !> Did any edge carry a force in the last step?
       logical :: loaded = .false.
 
@@ -106,23 +86,52 @@ module contact_m
       type(touch_t), allocatable :: touch(:)
       integer :: touches = 0
    contains
+      procedure :: pairs
+      procedure :: values
+   end type contact_state_t
+
+   !> Room for touches at first
+   integer, parameter :: first_touches = 16
+
+   !> Contact between the surfaces of a split mesh
+   type, public :: contact_t
+      private
+      type(contact_options_t) :: options
+      !> Can any two surfaces meet? Else nothing is ever searched or computed.
+      logical, public :: possible = .false.
+      !> Nodes of each object (3, objects); surface edge each of its edges is, 0 inside the rock (3, objects)
+      integer, allocatable :: node(:, :), edge(:, :)
+      !> Number of each node that is the same for nodes held together (3, objects)
+      integer, allocatable :: same(:, :)
+      !> Height of each object over each of its edges (3, objects) [m], its penalty [Pa] and half its skin [m] (objects)
+      real(wp), allocatable :: height(:, :), penalty(:), half_skin(:)
+      !> Height that the potential rises over from the surface, the least where there is a choice (objects) [m]
+      real(wp), allocatable :: surface_height(:)
+      !> Groups handled elsewhere that each object touches
+      type(groups_t) :: handled
+      !> Length of each surface edge [m]
+      real(wp), allocatable :: length(:)
+      !> Nodes of the objects; how far each may move before the next search [m]
+      integer, allocatable :: layer(:)
+      real(wp), allocatable :: reach(:)
+      !> Place of each node in layer, 0 for the others (nodes)
+      integer, allocatable :: place(:)
+   contains
       procedure :: init
+      procedure :: start
       procedure :: needs_search
       procedure :: search
-      procedure :: pairs
       procedure :: forces
       procedure :: carry_on
       procedure :: add_stiffness
       procedure :: joint_tractions
       procedure :: recall
-      procedure :: go_back
-      procedure :: save_state
       procedure :: restore_state
    end type contact_t
 
 contains
 
-   !> Collect the objects and prepare their state; nothing is searched yet.
+   !> Collect the objects.
    subroutine init(self, split, penalty, handled, options, same)
       class(contact_t), intent(out) :: self
       type(split_mesh_t), intent(in) :: split
@@ -138,23 +147,14 @@ contains
 
       self%options = options
       edges = size(split%surface, 2)
-      allocate (self%normal(edges), self%shear(edges), self%length(edges), self%elongation(edges), &
-                self%stiffness(edges))
-      self%normal = 0.0_wp
-      self%shear = 0.0_wp
-      self%elongation = 0.0_wp
-      self%stiffness = 0.0_wp
-      allocate (self%pair(2, 0), self%near(0), self%pair_penalty(0))
-      allocate (self%along(2, edges), self%load(edges), self%load_slip(edges), self%load_stiffness(edges))
-      allocate (self%touch(16))
+      allocate (self%length(edges))
       number = [(i, i=1, size(split%x, 2))]
       if (present(same)) number = same
       self%possible = options%everywhere
       if (.not. self%possible) self%possible = surfaces_can_meet(split, handled, number)
 
       call choose_objects(split, chosen, object_of)
-      allocate (self%node(3, size(chosen)), self%edge(3, size(chosen)), self%height(3, size(chosen)), &
-                self%box(4, size(chosen)))
+      allocate (self%node(3, size(chosen)), self%edge(3, size(chosen)), self%height(3, size(chosen)))
       self%node = split%triangle(:, chosen)
       self%penalty = penalty(chosen)
       self%same = reshape(number(reshape(self%node, [size(self%node)])), shape(self%node))
@@ -170,6 +170,20 @@ contains
       self%handled = groups_at_triangles(split, handled, number, chosen)
       call measure(self, split)
    end subroutine init
+
+   !> Nothing is searched yet, nothing touches.
+   subroutine start(self, now)
+      class(contact_t), intent(in) :: self
+      type(contact_state_t), intent(out) :: now
+
+      associate (edges => size(self%length), layer => size(self%layer))
+         allocate (now%normal(edges), now%shear(edges), now%springs%elongation(edges), now%springs%stiffness(edges), &
+                   now%along(2, edges), now%load(edges), now%load_slip(edges), now%load_stiffness(edges), &
+                   now%searched(2, layer), now%springs%before(2, layer), now%box(4, size(self%penalty)), source=0.0_wp)
+      end associate
+      allocate (now%pair(2, 0), now%near(0), now%pair_penalty(0))
+      allocate (now%touch(first_touches))
+   end subroutine start
 
    !> Triangles with a node on a surface.
    subroutine choose_objects(split, chosen, object_of)
@@ -221,28 +235,27 @@ contains
          reach(self%node(:, i)) = min(reach(self%node(:, i)), self%half_skin(i))
       end do
       n = count(reach < huge(1.0_wp))
-      allocate (self%layer(n), self%searched(2, n), self%before(2, n), self%place(size(reach)))
+      allocate (self%layer(n), self%place(size(reach)))
       self%layer = pack([(i, i=1, size(reach))], reach < huge(1.0_wp))
       self%reach = reach(self%layer)
       self%place = 0
       self%place(self%layer) = [(i, i=1, n)]
-      self%searched = 0.0_wp
-      self%before = 0.0_wp
    end subroutine measure
 
    !> Has any node of an object moved further than half the skin since the last search (or was there none yet)?
-   pure logical function needs_search(self, displacement)
+   pure logical function needs_search(self, now, displacement)
       class(contact_t), intent(in) :: self
+      type(contact_state_t), intent(in) :: now
       !> Displacement of every node (2, nodes) [m]
       real(wp), intent(in) :: displacement(:, :)
       integer :: i
 
-      needs_search = self%possible .and. (self%searches == 0 .or. self%options%every_time)
+      needs_search = self%possible .and. (now%searches == 0 .or. self%options%every_time)
       if (needs_search .or. .not. self%possible) return
       do i = 1, size(self%layer)
          associate (node => self%layer(i))
-            needs_search = (displacement(1, node) - self%searched(1, i))**2 &
-                           + (displacement(2, node) - self%searched(2, i))**2 > self%reach(i)**2
+            needs_search = (displacement(1, node) - now%searched(1, i))**2 &
+                           + (displacement(2, node) - now%searched(2, i))**2 > self%reach(i)**2
          end associate
          if (needs_search) return
       end do
@@ -250,11 +263,12 @@ contains
 
    !> Find the pairs of objects that can touch before the next search. Friction springs belong to surface edges, not to
    !> pairs, and live on.
-   subroutine search(self, split, displacement)
-      class(contact_t), intent(inout) :: self
+   subroutine search(self, split, displacement, now)
+      class(contact_t), intent(in) :: self
       type(split_mesh_t), intent(in) :: split
       !> Displacement of every node (2, nodes) [m]
       real(wp), intent(in) :: displacement(:, :)
+      type(contact_state_t), intent(inout) :: now
       real(wp), allocatable :: box(:, :)
       integer, allocatable :: candidate(:, :)
       logical, allocatable :: keep(:), is_near(:)
@@ -262,10 +276,10 @@ contains
       integer :: i
 
       if (.not. self%possible) return
-      self%searches = self%searches + 1
-      self%searched = displacement(:, self%layer)
+      now%searches = now%searches + 1
+      now%searched = displacement(:, self%layer)
       ! While there were no pairs, forces did not follow the motion
-      if (size(self%pair, 2) == 0) self%before = self%searched
+      if (size(now%pair, 2) == 0) now%springs%before = now%searched
       allocate (box(4, size(self%node, 2)))
       do i = 1, size(box, 2)
          a = split%x(:, self%node(:, i)) + displacement(:, self%node(:, i))
@@ -286,33 +300,36 @@ contains
             if (keep(i)) is_near(candidate(:, i)) = .true.
          end associate
       end do
-      self%near = pack([(i, i=1, size(is_near))], is_near)
-      call keep_pairs(self, candidate, keep)
+      now%near = pack([(i, i=1, size(is_near))], is_near)
+      call keep_pairs(self, candidate, keep, now)
    end subroutine search
 
    !> Store the pairs that passed, with their penalties.
-   subroutine keep_pairs(self, candidate, keep)
-      class(contact_t), intent(inout) :: self
+   subroutine keep_pairs(self, candidate, keep, now)
+      class(contact_t), intent(in) :: self
       !> Pairs of objects (2, candidates) and whether they are kept (candidates)
       integer, intent(in) :: candidate(:, :)
       logical, intent(in) :: keep(:)
+      type(contact_state_t), intent(inout) :: now
       integer :: i, n
 
-      deallocate (self%pair, self%pair_penalty)
-      allocate (self%pair(2, count(keep)), self%pair_penalty(count(keep)))
+      deallocate (now%pair, now%pair_penalty)
+      allocate (now%pair(2, count(keep)), now%pair_penalty(count(keep)))
       n = 0
       do i = 1, size(keep)
          if (.not. keep(i)) cycle
          n = n + 1
-         self%pair(:, n) = candidate(:, i)
-         self%pair_penalty(n) = pair_penalty(self%penalty(candidate(1, i)), self%penalty(candidate(2, i)))
+         now%pair(:, n) = candidate(:, i)
+         now%pair_penalty(n) = pair_penalty(self%penalty(candidate(1, i)), self%penalty(candidate(2, i)))
       end do
    end subroutine keep_pairs
 
    !> Go on as another contact of the same rock did whose mesh had fewer cuts: its springs, energy and last displacements.
-   subroutine carry_on(self, old, old_edge, edge, parent, split, displacement)
-      class(contact_t), intent(inout) :: self
+   subroutine carry_on(self, old, before_cut, old_edge, edge, parent, split, displacement, now)
+      class(contact_t), intent(in) :: self
       class(contact_t), intent(in) :: old
+      !> State of the old contact
+      type(contact_state_t), intent(in) :: before_cut
       !> Numbers of the surface edges of the old contact and of this one that both meshes understand (surface edges)
       integer, intent(in) :: old_edge(:), edge(:)
       !> Node of the old mesh that each node was (nodes)
@@ -320,81 +337,85 @@ contains
       type(split_mesh_t), intent(in) :: split
       !> Displacement of every node (2, nodes) [m]
       real(wp), intent(in) :: displacement(:, :)
+      type(contact_state_t), intent(out) :: now
       integer, allocatable :: was(:)
       integer :: i, before
 
-      call self%search(split, displacement)
-      self%searches = old%searches + 1
-      self%spring_energy = old%spring_energy
-      self%loaded = old%loaded
+      call self%start(now)
+      call self%search(split, displacement, now)
+      now%searches = before_cut%searches + 1
+      now%springs%spring_energy = before_cut%springs%spring_energy
+      now%loaded = before_cut%loaded
       allocate (was(max(maxval(edge), maxval(old_edge))), source=0)
       do i = 1, size(old_edge)
          was(old_edge(i)) = i
       end do
       do i = 1, size(edge)
          if (was(edge(i)) == 0) cycle
-         self%elongation(i) = old%elongation(was(edge(i)))
-         self%stiffness(i) = old%stiffness(was(edge(i)))
-         self%normal(i) = old%normal(was(edge(i)))
-         self%shear(i) = old%shear(was(edge(i)))
+         now%springs%elongation(i) = before_cut%springs%elongation(was(edge(i)))
+         now%springs%stiffness(i) = before_cut%springs%stiffness(was(edge(i)))
+         now%normal(i) = before_cut%normal(was(edge(i)))
+         now%shear(i) = before_cut%shear(was(edge(i)))
       end do
       do i = 1, size(self%layer)
          before = old%place(parent(self%layer(i)))
-         self%before(:, i) = displacement(:, self%layer(i))
-         if (before > 0) self%before(:, i) = old%before(:, before)
+         now%springs%before(:, i) = displacement(:, self%layer(i))
+         if (before > 0) now%springs%before(:, i) = before_cut%springs%before(:, before)
       end do
    end subroutine carry_on
 
    !> Number of pairs near each other since the last search.
-   pure integer function pairs(self)
-      class(contact_t), intent(in) :: self
+   pure integer function pairs(now)
+      class(contact_state_t), intent(in) :: now
 
-      pairs = size(self%pair, 2)
+      pairs = size(now%pair, 2)
    end function pairs
 
    !> Add normal and friction forces to the nodal forces. Call search first whenever needs_search says so. The slip of
    !> the slider law is taken from the displacements since the last call: a second call at the same place changes
    !> nothing.
-   subroutine forces(self, split, displacement, velocity, friction, normal_force, friction_force, energy)
-      class(contact_t), intent(inout) :: self
+   subroutine forces(self, split, displacement, velocity, friction, now, normal_force, friction_force, energy)
+      class(contact_t), intent(in) :: self
       type(split_mesh_t), intent(in) :: split
       !> Displacement [m] and velocity [m/s] of every node (2, nodes); velocities matter to the velocity law alone
       real(wp), intent(in), contiguous :: displacement(:, :), velocity(:, :)
       !> Friction coefficient of each surface edge (surface edges): mu of eq 4, mu_mob of eq 33
       real(wp), intent(in) :: friction(:)
+      type(contact_state_t), intent(inout) :: now
       !> Normal and tangential contact forces on every node, kept apart for the energy balance (2, nodes) [N/m]
       real(wp), intent(inout), contiguous :: normal_force(:, :), friction_force(:, :)
       type(contact_energy_t), intent(out) :: energy
 
-      if (size(self%pair, 2) == 0 .and. .not. self%loaded) return
-      self%normal = 0.0_wp
-      self%shear = 0.0_wp
-      call place_objects(self, split, displacement)
-      call push_pairs(self, split, displacement, normal_force, energy%overlap)
-      call rub(self, displacement, velocity, friction, friction_force, energy%dissipated)
-      energy%spring = self%spring_energy
-      self%loaded = self%touches > 0
-      call remember(self, displacement)
+      if (size(now%pair, 2) == 0 .and. .not. now%loaded) return
+      now%normal = 0.0_wp
+      now%shear = 0.0_wp
+      call place_objects(self, split, displacement, now)
+      call push_pairs(self, split, displacement, now, normal_force, energy%overlap)
+      call rub(self, displacement, velocity, friction, now, friction_force, energy%dissipated)
+      energy%spring = now%springs%spring_energy
+      now%loaded = now%touches > 0
+      call remember(self, displacement, now)
    end subroutine forces
 
    !> Boxes and edge directions of the objects that have a neighbour.
-   pure subroutine place_objects(self, split, displacement)
-      class(contact_t), intent(inout) :: self
+   pure subroutine place_objects(self, split, displacement, now)
+      class(contact_t), intent(in) :: self
       type(split_mesh_t), intent(in) :: split
       !> Displacement of every node (2, nodes) [m]
       real(wp), intent(in), contiguous :: displacement(:, :)
+      type(contact_state_t), intent(inout) :: now
       real(wp) :: corner(2, 3)
       integer :: i, k
 
-      do i = 1, size(self%near)
-         associate (object => self%near(i))
+      do i = 1, size(now%near)
+         associate (object => now%near(i))
             do k = 1, 3
                corner(:, k) = split%x(:, self%node(k, object)) + displacement(:, self%node(k, object))
             end do
-            self%box(:, object) = bounds(corner)
+            now%box(:, object) = bounds(corner)
             do k = 1, 3
                if (self%edge(k, object) == 0) cycle
-               self%along(:, self%edge(k, object)) = direction(corner(:, k), corner(:, mod(k, 3) + 1))
+               now%along(:, self%edge(k, object)) = direction(corner(:, k), corner(:, mod(k, 3) + 1))
             end do
          end associate
       end do
@@ -410,23 +431,25 @@ contains
    end function direction
 
    !> Keep the displacements for the slip of the next call.
-   pure subroutine remember(self, displacement)
-      class(contact_t), intent(inout) :: self
+   pure subroutine remember(self, displacement, now)
+      class(contact_t), intent(in) :: self
       !> Displacement of every node (2, nodes) [m]
       real(wp), intent(in), contiguous :: displacement(:, :)
+      type(contact_state_t), intent(inout) :: now
       integer :: i
 
       do i = 1, size(self%layer)
-         self%before(:, i) = displacement(:, self%layer(i))
+         now%springs%before(:, i) = displacement(:, self%layer(i))
       end do
    end subroutine remember
 
    !> Normal forces of all pairs, both roles; and the list of surface edges that are touched.
-   subroutine push_pairs(self, split, displacement, force, overlap_energy)
-      class(contact_t), intent(inout) :: self
+   subroutine push_pairs(self, split, displacement, now, force, overlap_energy)
+      class(contact_t), intent(in) :: self
       type(split_mesh_t), intent(in) :: split
       !> Displacement of every node (2, nodes) [m]
       real(wp), intent(in), contiguous :: displacement(:, :)
+      type(contact_state_t), intent(inout) :: now
       !> Force on every node (2, nodes) [N/m]
       real(wp), intent(inout), contiguous :: force(:, :)
       !> Energy of all overlaps [J/m]
@@ -435,19 +458,19 @@ contains
       type(push_t) :: push
       integer :: i, k, role, target, contactor
 
-      self%touches = 0
+      now%touches = 0
       overlap_energy = 0.0_wp
-      do i = 1, size(self%pair, 2)
-         associate (a => self%pair(1, i), b => self%pair(2, i))
-            if (self%box(1, a) > self%box(2, b) .or. self%box(1, b) > self%box(2, a)) cycle
-            if (self%box(3, a) > self%box(4, b) .or. self%box(3, b) > self%box(4, a)) cycle
+      do i = 1, size(now%pair, 2)
+         associate (a => now%pair(1, i), b => now%pair(2, i))
+            if (now%box(1, a) > now%box(2, b) .or. now%box(1, b) > now%box(2, a)) cycle
+            if (now%box(3, a) > now%box(4, b) .or. now%box(3, b) > now%box(4, a)) cycle
             call place_corners(split%x, displacement, self%node(:, a), self%node(:, b), corner)
          end associate
          do role = 1, 2
-            call push_target(corner(:, :, role), corner(:, :, 3 - role), self%pair_penalty(i), push)
+            call push_target(corner(:, :, role), corner(:, :, 3 - role), now%pair_penalty(i), push)
             if (push%energy <= 0.0_wp .and. max(push%normal(1), push%normal(2), push%normal(3)) <= 0.0_wp) cycle
-            target = self%pair(role, i)
-            contactor = self%pair(3 - role, i)
+            target = now%pair(role, i)
+            contactor = now%pair(3 - role, i)
             overlap_energy = overlap_energy + push%energy
             do k = 1, 3
                associate (own => self%node(k, target), other => self%node(k, contactor))
@@ -455,7 +478,7 @@ contains
                   force(:, other) = force(:, other) + push%contactor_force(:, k)
                end associate
             end do
-            call list_touches(self, target, contactor, self%pair_penalty(i), push)
+            call list_touches(self, target, contactor, now%pair_penalty(i), push, now)
          end do
       end do
    end subroutine push_pairs
@@ -478,25 +501,26 @@ contains
    end subroutine place_corners
 
    !> Append the pushed edges of a target that are surface edges.
-   subroutine list_touches(self, target, contactor, penalty, push)
-      class(contact_t), intent(inout) :: self
+   subroutine list_touches(self, target, contactor, penalty, push, now)
+      class(contact_t), intent(in) :: self
       !> Objects
       integer, intent(in) :: target, contactor
       !> Penalty of the pair [Pa]
       real(wp), intent(in) :: penalty
       type(push_t), intent(in) :: push
+      type(contact_state_t), intent(inout) :: now
       type(touch_t), allocatable :: longer(:)
       integer :: side
 
       do side = 1, 3
          if (self%edge(side, target) == 0 .or. push%normal(side) <= 0.0_wp) cycle
-         if (self%touches == size(self%touch)) then
-            allocate (longer(2*self%touches))
-            longer(:self%touches) = self%touch
-            call move_alloc(longer, self%touch)
+         if (now%touches == size(now%touch)) then
+            allocate (longer(2*now%touches))
+            longer(:now%touches) = now%touch
+            call move_alloc(longer, now%touch)
          end if
-         self%touches = self%touches + 1
-         associate (touch => self%touch(self%touches))
+         now%touches = now%touches + 1
+         associate (touch => now%touch(now%touches))
             touch%edge = self%edge(side, target)
             touch%target = target
             touch%contactor = contactor
@@ -513,12 +537,13 @@ contains
 
    !> Friction of all touched edges. The spring belongs to the edge, so that sliding from one contactor to the next
    !> carries its force along; its slip is the mean over the edge's touches weighted with their normal forces.
-   subroutine rub(self, displacement, velocity, friction, force, dissipated)
-      class(contact_t), intent(inout) :: self
+   subroutine rub(self, displacement, velocity, friction, now, force, dissipated)
+      class(contact_t), intent(in) :: self
       !> Displacement [m] and velocity [m/s] of every node (2, nodes)
       real(wp), intent(in), contiguous :: displacement(:, :), velocity(:, :)
       !> Friction coefficient (surface edges)
       real(wp), intent(in) :: friction(:)
+      type(contact_state_t), intent(inout) :: now
       !> Force on every node (2, nodes) [N/m]
       real(wp), intent(inout), contiguous :: force(:, :)
       !> Energy spent in this step [J/m]
@@ -526,65 +551,66 @@ contains
       real(wp) :: tangential
       integer :: i
 
-      self%load = 0.0_wp
-      self%load_slip = 0.0_wp
-      self%load_stiffness = 0.0_wp
-      do i = 1, self%touches
-         associate (touch => self%touch(i))
-            touch%slip = dot_product(slip_of(self, displacement, touch) - slip_before(self, touch), &
-                                     self%along(:, touch%edge))
-            self%load(touch%edge) = self%load(touch%edge) + touch%normal
-            self%load_slip(touch%edge) = self%load_slip(touch%edge) + touch%normal*touch%slip
-            self%load_stiffness(touch%edge) = self%load_stiffness(touch%edge) + touch%normal*touch%stiffness
+      now%load = 0.0_wp
+      now%load_slip = 0.0_wp
+      now%load_stiffness = 0.0_wp
+      do i = 1, now%touches
+         associate (touch => now%touch(i))
+            touch%slip = dot_product(slip_of(self, displacement, touch) - slip_before(self, now, touch), &
+                                     now%along(:, touch%edge))
+            now%load(touch%edge) = now%load(touch%edge) + touch%normal
+            now%load_slip(touch%edge) = now%load_slip(touch%edge) + touch%normal*touch%slip
+            now%load_stiffness(touch%edge) = now%load_stiffness(touch%edge) + touch%normal*touch%stiffness
          end associate
       end do
 
       dissipated = 0.0_wp
-      if (self%options%friction == friction_slider) call work_springs(self, friction, dissipated)
+      if (self%options%friction == friction_slider) call work_springs(self, friction, now, dissipated)
 
-      do i = 1, self%touches
-         associate (touch => self%touch(i), edge => self%touch(i)%edge)
+      do i = 1, now%touches
+         associate (touch => now%touch(i), edge => now%touch(i)%edge)
             if (self%options%friction == friction_velocity) then
                tangential = velocity_friction(friction(edge)*touch%normal, &
-                                              dot_product(slip_of(self, velocity, touch), self%along(:, edge)))
+                                              dot_product(slip_of(self, velocity, touch), now%along(:, edge)))
                dissipated = dissipated + tangential*touch%slip
             else
-               tangential = self%stiffness(edge)*self%elongation(edge)*touch%normal/self%load(edge)
+               tangential = now%springs%stiffness(edge)*now%springs%elongation(edge)*touch%normal/now%load(edge)
             end if
-            call drag(self, touch, -tangential*self%along(:, edge), force)
-            call credit(self, touch, -tangential)
+            call drag(self, touch, -tangential*now%along(:, edge), force)
+            call credit(self, touch, -tangential, now)
          end associate
       end do
    end subroutine rub
 
    !> Stretch the friction springs of all surface edges. An edge that has lost its contact lets go of its spring.
-   subroutine work_springs(self, friction, dissipated)
-      class(contact_t), intent(inout) :: self
+   subroutine work_springs(self, friction, now, dissipated)
+      class(contact_t), intent(in) :: self
       !> Friction coefficient (surface edges)
       real(wp), intent(in) :: friction(:)
+      type(contact_state_t), intent(inout) :: now
       !> Energy spent [J/m]
       real(wp), intent(inout) :: dissipated
       real(wp) :: stiffness, tangential, stored, spent
       integer :: edge
 
-      do edge = 1, size(self%load)
-         if (self%load(edge) > 0.0_wp) then
+      do edge = 1, size(now%load)
+         if (now%load(edge) > 0.0_wp) then
             ! A contactor of another size comes under the edge: the force goes on, the elongation follows
-            stiffness = self%options%tangential_factor*self%length(edge)*self%load_stiffness(edge)/self%load(edge)
-            tangential = self%stiffness(edge)*self%elongation(edge)
-            self%spring_energy = self%spring_energy - 0.5_wp*tangential*self%elongation(edge)
-            self%elongation(edge) = tangential/stiffness
-            self%spring_energy = self%spring_energy + 0.5_wp*tangential*self%elongation(edge)
-            self%stiffness(edge) = stiffness
-            call slide(stiffness, friction(edge)*self%load(edge), self%load_slip(edge)/self%load(edge), &
-                       self%elongation(edge), tangential, stored, spent)
-         else if (self%stiffness(edge) > 0.0_wp) then
-            call slide(self%stiffness(edge), 0.0_wp, 0.0_wp, self%elongation(edge), tangential, stored, spent)
-            self%stiffness(edge) = 0.0_wp
+            stiffness = self%options%tangential_factor*self%length(edge)*now%load_stiffness(edge)/now%load(edge)
+            tangential = now%springs%stiffness(edge)*now%springs%elongation(edge)
+            now%springs%spring_energy = now%springs%spring_energy - 0.5_wp*tangential*now%springs%elongation(edge)
+            now%springs%elongation(edge) = tangential/stiffness
+            now%springs%spring_energy = now%springs%spring_energy + 0.5_wp*tangential*now%springs%elongation(edge)
+            now%springs%stiffness(edge) = stiffness
+            call slide(stiffness, friction(edge)*now%load(edge), now%load_slip(edge)/now%load(edge), &
+                       now%springs%elongation(edge), tangential, stored, spent)
+         else if (now%springs%stiffness(edge) > 0.0_wp) then
+            call slide(now%springs%stiffness(edge), 0.0_wp, 0.0_wp, now%springs%elongation(edge), tangential, stored, spent)
+            now%springs%stiffness(edge) = 0.0_wp
          else
             cycle
          end if
-         self%spring_energy = self%spring_energy + stored
+         now%springs%spring_energy = now%springs%spring_energy + stored
          dissipated = dissipated + spent
       end do
    end subroutine work_springs
@@ -605,16 +631,17 @@ contains
    end function slip_of
 
    !> The same from the displacements at the last call.
-   pure function slip_before(self, touch) result(slip)
+   pure function slip_before(self, now, touch) result(slip)
       class(contact_t), intent(in) :: self
+      type(contact_state_t), intent(in) :: now
       type(touch_t), intent(in) :: touch
       real(wp) :: slip(2)
       integer :: k
 
-      slip = (1.0_wp - touch%place)*self%before(:, self%place(touch%from)) &
-             + touch%place*self%before(:, self%place(touch%to))
+      slip = (1.0_wp - touch%place)*now%springs%before(:, self%place(touch%from)) &
+             + touch%place*now%springs%before(:, self%place(touch%to))
       do k = 1, 3
-         slip = slip - touch%lambda(k)*self%before(:, self%place(self%node(k, touch%contactor)))
+         slip = slip - touch%lambda(k)*now%springs%before(:, self%place(self%node(k, touch%contactor)))
       end do
    end function slip_before
 
@@ -640,31 +667,32 @@ contains
 
    !> Book a touch on the surface edge of the target, and its reaction on the contactor's surface edge that faces it
    !> best.
-   pure subroutine credit(self, touch, shear)
-      class(contact_t), intent(inout) :: self
+   pure subroutine credit(self, touch, shear, now)
+      class(contact_t), intent(in) :: self
       type(touch_t), intent(in) :: touch
       !> Tangential force on the target along its edge [N/m]
       real(wp), intent(in) :: shear
+      type(contact_state_t), intent(inout) :: now
       real(wp) :: along(2), facing(2), reaction(2), cosine, best
       integer :: k, edge
 
-      self%normal(touch%edge) = self%normal(touch%edge) + touch%normal
-      self%shear(touch%edge) = self%shear(touch%edge) + shear
-      along = self%along(:, touch%edge)
+      now%normal(touch%edge) = now%normal(touch%edge) + touch%normal
+      now%shear(touch%edge) = now%shear(touch%edge) + shear
+      along = now%along(:, touch%edge)
       best = 0.0_wp
       edge = 0
       do k = 1, 3
          if (self%edge(k, touch%contactor) == 0) cycle
-         cosine = -dot_product(self%along(:, self%edge(k, touch%contactor)), along)
+         cosine = -dot_product(now%along(:, self%edge(k, touch%contactor)), along)
          if (cosine <= best) cycle
          best = cosine
          edge = self%edge(k, touch%contactor)
       end do
       if (edge == 0) return
-      facing = self%along(:, edge)
+      facing = now%along(:, edge)
       reaction = touch%normal*[along(2), -along(1)] - shear*along
-      self%normal(edge) = self%normal(edge) - dot_product(reaction, [facing(2), -facing(1)])
-      self%shear(edge) = self%shear(edge) + dot_product(reaction, facing)
+      now%normal(edge) = now%normal(edge) - dot_product(reaction, [facing(2), -facing(1)])
+      now%shear(edge) = now%shear(edge) + dot_product(reaction, facing)
    end subroutine credit
 
    !> Add to each node a bound of the contact stiffness it can feel before the next search, such that the largest
@@ -676,8 +704,9 @@ contains
    !> nodes get as much from the edges that lie along its own surface edge. Both roles of each surface edge are added,
    !> with the stiffest neighbour found by the search. Normal and friction springs act at right angles: the stiffer
    !> counts. The bound supposes penetrations that are small against the height of the triangles.
-   subroutine add_stiffness(self, stiffness)
+   subroutine add_stiffness(self, now, stiffness)
       class(contact_t), intent(in) :: self
+      type(contact_state_t), intent(in) :: now
       !> Stiffness of each node (nodes) [N/m per metre of thickness]
       real(wp), intent(inout) :: stiffness(:)
       real(wp), allocatable :: steepest(:)
@@ -687,11 +716,11 @@ contains
       ! The steepest spring per length that each object meets, as target and as contactor
       allocate (steepest(size(self%node, 2)))
       steepest = 0.0_wp
-      do i = 1, size(self%pair, 2)
+      do i = 1, size(now%pair, 2)
          do role = 1, 2
-            associate (own => self%pair(role, i), other => self%pair(3 - role, i))
-               steepest(own) = max(steepest(own), 3.0_wp*self%pair_penalty(i)*(1.0_wp/minval(self%height(:, own)) &
-                                                                               + 1.0_wp/minval(self%height(:, other))))
+            associate (own => now%pair(role, i), other => now%pair(3 - role, i))
+               steepest(own) = max(steepest(own), 3.0_wp*now%pair_penalty(i)*(1.0_wp/minval(self%height(:, own)) &
+                                                                              + 1.0_wp/minval(self%height(:, other))))
             end associate
          end do
       end do
@@ -709,8 +738,9 @@ contains
 
    !> Contact tractions of each joint element (eqs 32-33 want them), taken on the upper wall as in wall contact: when the
    !> walls have slid, part of the lower wall is bare and part of the load is on the rock beyond it.
-   pure subroutine joint_tractions(self, split, normal, shear)
+   pure subroutine joint_tractions(self, now, split, normal, shear)
       class(contact_t), intent(in) :: self
+      type(contact_state_t), intent(in) :: now
       type(split_mesh_t), intent(in) :: split
       !> Normal stress, compression positive, and shear stress, positive when it resists the upper wall's motion along
       !> A'->B' (joints) [Pa]
@@ -722,78 +752,67 @@ contains
       do edge = 1, size(self%length)
          joint = split%surface_joint(edge)
          if (joint == 0 .or. split%surface_side(edge) <= 0) cycle
-         normal(joint) = self%normal(edge)/self%length(edge)
+         normal(joint) = now%normal(edge)/self%length(edge)
          ! The wall is directed with its rock on the left, where the resistance to that motion is negative
-         shear(joint) = -self%shear(edge)/self%length(edge)
+         shear(joint) = -now%shear(edge)/self%length(edge)
       end do
    end subroutine joint_tractions
 
-   !> What friction remembers now, for a return by go_back.
-   pure subroutine recall(self, displacement, memory)
+   !> What friction remembers now, for a return to it. Pairs stay those of the last search: they carry no history.
+   pure subroutine recall(self, now, displacement, springs)
       class(contact_t), intent(in) :: self
+      type(contact_state_t), intent(in) :: now
       !> Displacement of every node now (2, nodes) [m]
       real(wp), intent(in) :: displacement(:, :)
-      type(contact_memory_t), intent(out) :: memory
+      type(contact_springs_t), intent(out) :: springs
 
-      allocate (memory%elongation, source=self%elongation)
-      allocate (memory%stiffness, source=self%stiffness)
-      allocate (memory%before, source=self%before)
-      memory%spring_energy = self%spring_energy
+      springs = now%springs
       ! While there were no pairs, forces did not follow the motion
-      if (size(self%pair, 2) == 0) memory%before = displacement(:, self%layer)
+      if (size(now%pair, 2) == 0) springs%before = displacement(:, self%layer)
    end subroutine recall
-
-   !> Let friction go on from what it remembered before. Pairs stay those of the last search: they carry no history.
-   pure subroutine go_back(self, memory)
-      class(contact_t), intent(inout) :: self
-      type(contact_memory_t), intent(in) :: memory
-
-      self%elongation = memory%elongation
-      self%stiffness = memory%stiffness
-      self%spring_energy = memory%spring_energy
-      self%before = memory%before
-   end subroutine go_back
 
    !> What a checkpoint needs of the contact: the forces on the edges, springs, last displacements, and where the surfaces
    !> were at the last search, from which the same pairs are found again in the same order.
-   pure function save_state(self) result(values)
-      class(contact_t), intent(in) :: self
-      real(wp), allocatable :: values(:)
+   pure function values(now) result(list)
+      class(contact_state_t), intent(in) :: now
+      real(wp), allocatable :: list(:)
 
-      values = [self%spring_energy, real(self%searches, wp), self%normal, self%shear, self%elongation, self%stiffness, &
-                reshape(self%before, [size(self%before)]), reshape(self%searched, [size(self%searched)])]
-   end function save_state
+      list = [now%springs%spring_energy, real(now%searches, wp), now%normal, now%shear, now%springs%elongation, &
+              now%springs%stiffness, reshape(now%springs%before, [size(now%springs%before)]), &
+              reshape(now%searched, [size(now%searched)])]
+   end function values
 
    !> Go on from a checkpoint exactly as if there had been none: search the pairs where they were searched last, continue
    !> the springs. False when the values do not fit.
-   logical function restore_state(self, split, values) result(fits)
-      class(contact_t), intent(inout) :: self
+   logical function restore_state(self, split, values, now) result(fits)
+      class(contact_t), intent(in) :: self
       type(split_mesh_t), intent(in) :: split
-      !> What save_state gave
+      !> What values gave
       real(wp), intent(in) :: values(:)
+      type(contact_state_t), intent(inout) :: now
       integer, parameter :: single_values = 2, edge_arrays = 4, node_arrays = 2
       real(wp) :: displacement(2, size(split%x, 2))
       integer :: edges, first, searches
 
-      edges = size(self%elongation)
-      fits = size(values) == single_values + edge_arrays*edges + node_arrays*size(self%before)
+      edges = size(now%springs%elongation)
+      fits = size(values) == single_values + edge_arrays*edges + node_arrays*size(now%springs%before)
       if (.not. fits) return
       searches = nint(values(2))
       if (searches > 0) then
          displacement = 0.0_wp
-         displacement(:, self%layer) = reshape(values(size(values) - size(self%searched) + 1:), shape(self%searched))
-         call self%search(split, displacement)
+         displacement(:, self%layer) = reshape(values(size(values) - size(now%searched) + 1:), shape(now%searched))
+         call self%search(split, displacement, now)
       end if
-      self%searches = searches
-      self%spring_energy = values(1)
+      now%searches = searches
+      now%springs%spring_energy = values(1)
       first = single_values
-      self%normal = values(first + 1:first + edges)
-      self%shear = values(first + edges + 1:first + 2*edges)
-      self%elongation = values(first + 2*edges + 1:first + 3*edges)
-      self%stiffness = values(first + 3*edges + 1:first + edge_arrays*edges)
+      now%normal = values(first + 1:first + edges)
+      now%shear = values(first + edges + 1:first + 2*edges)
+      now%springs%elongation = values(first + 2*edges + 1:first + 3*edges)
+      now%springs%stiffness = values(first + 3*edges + 1:first + edge_arrays*edges)
       first = first + edge_arrays*edges
-      self%before = reshape(values(first + 1:first + size(self%before)), shape(self%before))
-      self%loaded = any(self%normal > 0.0_wp)
+      now%springs%before = reshape(values(first + 1:first + size(now%springs%before)), shape(now%springs%before))
+      now%loaded = any(now%normal > 0.0_wp)
    end function restore_state
 
    !> Box around a triangle: xmin, xmax, ymin, ymax.

@@ -19,9 +19,8 @@ module loads_m
       real(wp), allocatable :: velocity(:, :)
       !> Dead nodal loads at the start and end of the stage (2, nodes) [N per m of thickness]
       real(wp), allocatable :: dead_start(:, :), dead_end(:, :)
-      !> Do the dead loads change during the stage? Level the nodal loads were found for last (unset: not yet)
+      !> Do the dead loads change during the stage?
       logical :: dead_changes = .false.
-      real(wp) :: level_then = unset
       !> Find them in every call, whether or not their level has changed? (a check: the same loads)
       logical :: every_time = .false.
       !> Follower pressure on surface edges at the start and end of the stage (loaded edges) [Pa]
@@ -95,7 +94,6 @@ contains
          call set_pressure(split, condition, loads)
       end do
       loads%dead_changes = any(abs(loads%dead_end - loads%dead_start) > 0.0_wp)
-      loads%level_then = unset
    end subroutine start_stage
 
    !> Take the velocities out of a condition whose stage is over.
@@ -208,22 +206,24 @@ contains
 
    !> Loads at a point of the stage: dead loads interpolated, pressure on the edges where they are now. Nothing is done
    !> while they stay as they are.
-   pure subroutine nodal_loads(loads, x, u, level, force)
-      type(loads_t), intent(inout) :: loads
+   pure subroutine nodal_loads(loads, x, u, level, level_then, force)
+      type(loads_t), intent(in) :: loads
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       !> 0 at the start of the stage, 1 at its end
       real(wp), intent(in) :: level
+      !> Level of the last call (unset: none in this stage)
+      real(wp), intent(inout) :: level_then
       !> Nodal loads (2, nodes) [N per m of thickness], as the last call left them
       real(wp), contiguous, intent(inout) :: force(:, :)
       real(wp) :: along(2), half_push(2)
       integer :: e
       logical :: same
 
-      same = is_set(loads%level_then) .and. (.not. loads%dead_changes .or. abs(level - loads%level_then) <= 0.0_wp)
+      same = is_set(level_then) .and. (.not. loads%dead_changes .or. abs(level - level_then) <= 0.0_wp)
       same = same .and. .not. loads%every_time
       if (same .and. size(loads%pressure_surface) == 0) return
-      loads%level_then = level
+      level_then = level
       force = loads%dead_start + level*(loads%dead_end - loads%dead_start)
       do e = 1, size(loads%pressure_surface)
          associate (p => loads%pressure_edge(1, e), q => loads%pressure_edge(2, e))

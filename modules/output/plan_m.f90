@@ -64,7 +64,7 @@ contains
          call log%say('rock      nothing can break: no cohesive joint elements, triangles share their nodes, '//unknowns)
          return
       end if
-      if (size(scene%bonds%active) > 0) call log%say('rock      '//to_text(size(scene%bonds%active))// &
+      if (size(scene%bonds%length) > 0) call log%say('rock      '//to_text(size(scene%bonds%length))// &
                                                      ' cohesive joint elements from the start, '//unknowns)
       if (.not. scene%is_adaptive) return
       if (scene%solver == solver_explicit) then
@@ -108,7 +108,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(log_t), intent(in) :: log
 
-      if (size(scene%damping_force, 2) == 0) &
+      if (.not. scene%has_damping) &
          call log%say('motion    no viscous forces: damping is '//trim(scene%deck%explicit%damping))
       if (scene%deck%plan%skip_step) &
          call log%say('step      found again only when contact finds new pairs, walls move on or a joint stiffens')

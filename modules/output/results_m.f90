@@ -118,21 +118,22 @@ contains
       end associate
       ! The table begins with what is known: nothing, or what had broken at the checkpoint
       if (scene%can_break) then
-         call write_cracks(self%directory//'cracks.csv', scene%bonds%event, scene%deck%stage%name, errors)
-         self%cracks = size(scene%bonds%event)
+         call write_cracks(self%directory//'cracks.csv', state%bonds%event, scene%deck%stage%name, errors)
+         self%cracks = size(state%bonds%event)
       end if
       call system_clock(self%last_checkpoint)
    end subroutine open_results
 
    !> What has broken since the last look; nothing where nothing can.
-   subroutine note_cracks_in_table(self, scene, errors)
+   subroutine note_cracks_in_table(self, scene, state, errors)
       class(results_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
       type(error_list_t), intent(inout) :: errors
 
       if (.not. scene%can_break) return
-      call append_cracks(self%directory//'cracks.csv', scene%bonds%event(self%cracks + 1:), scene%deck%stage%name, errors)
-      self%cracks = size(scene%bonds%event)
+      call append_cracks(self%directory//'cracks.csv', state%bonds%event(self%cracks + 1:), scene%deck%stage%name, errors)
+      self%cracks = size(state%bonds%event)
    end subroutine note_cracks_in_table
 
    !> Write the complete deck, defaults and all, and give its text. Its paths are those from where it is, so that it can be run.
@@ -182,7 +183,7 @@ contains
          if (to_history) call self%history%write_row(row(scene, state, place, unbalanced), errors)
          snapshot = stage_is_over
          if (settings%fields_every > 0) snapshot = snapshot .or. mod(place%cycle, settings%fields_every) == 0
-         if (snapshot .or. to_history) call note_cracks_in_table(self, scene, errors)
+         if (snapshot .or. to_history) call note_cracks_in_table(self, scene, state, errors)
          if (snapshot) call write_snapshot(self, scene, state, place, errors)
          call system_clock(now, rate)
          checkpoint = run_is_over .or. stage_is_over .or. &
@@ -208,7 +209,7 @@ contains
       call move_alloc(self%last, last)
       if (.not. allocated(last)) return
       if (.not. last%row) call self%history%write_row(row(last%scene, last%state, last%place, last%unbalanced), errors)
-      call note_cracks_in_table(self, last%scene, errors)
+      call note_cracks_in_table(self, last%scene, last%state, errors)
       if (.not. last%fields) call write_snapshot(self, last%scene, last%state, last%place, errors)
       if (.not. last%checkpoint) call save_run(self%directory//'checkpoint.h5', last%scene, last%state, last%place, errors)
    end subroutine record_last_cycle
@@ -254,7 +255,7 @@ contains
       ! Nothing new where the last rest was the end of a cycle
       if (state%step == self%recorded .and. .not. scene%can_break) return
       call self%history%write_row(row(scene, state, place, unbalanced), errors)
-      call note_cracks_in_table(self, scene, errors)
+      call note_cracks_in_table(self, scene, state, errors)
       call write_snapshot(self, scene, state, place, errors)
    end subroutine record_failure
 
@@ -367,7 +368,7 @@ contains
          call list%add('shear_stress_MPa', 'MPa', 'shear stress, with the sign of the slip', on_joints, joint%tau)
          call list%add('mobilised_friction', '-', 'mobilised friction coefficient (eq 33)', on_joints, joint%mu_mob)
          if (scene%can_break) call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', &
-                                            on_joints, bond_damage(scene%bonds, size(joint)))
+                                            on_joints, bond_damage(scene%bonds, state%bonds, size(joint)))
       end associate
       call self%fields%write(state%time, state%step, scene%deck%stage(place%stage)%name, place%cycle, list, errors)
    end subroutine write_fields

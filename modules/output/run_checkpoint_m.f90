@@ -36,7 +36,7 @@ contains
 
       call file%create(path, fingerprint_of(scene))
       call file%save('deck', deck_record(scene%deck, place%stage, place%cycle, has_cracks(scene)))
-      call save_cracks(file, scene)
+      call save_cracks(file, scene, state)
       call save_motion(file, state, place)
       call save_joints(file, state)
       call save_contact(file, scene, state)
@@ -121,17 +121,18 @@ contains
    ! ---- Cracks ------------------------------------------------------------------------------------------------------
 
    !> Edges of the mesh that became bonds, in their order; the bonds, what has broken, and forces not let go of yet.
-   subroutine save_cracks(file, scene)
+   subroutine save_cracks(file, scene, state)
       type(checkpoint_t), intent(inout) :: file
       type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
 
       call file%save('crack_edges', pack(scene%cut%edge, scene%cut%group == 0))
       if (.not. scene%can_break) return
-      call file%save('bonds', bond_values(scene%bonds))
-      call file%save('crack_events', event_values(scene%bonds))
-      call file%save('release_start', scene%release_start)
-      call file%save('release_time', scene%release_time)
-      if (scene%release_time > 0.0_wp) call file%save('release', scene%release)
+      call file%save('bonds', bond_values(scene%bonds, state%bonds))
+      call file%save('crack_events', event_values(state%bonds))
+      call file%save('release_start', state%release_start)
+      call file%save('release_time', state%release_time)
+      if (state%release_time > 0.0_wp) call file%save('release', state%release)
    end subroutine save_cracks
 
    !> Cut the mesh along the same edges in the same order, and put the bonds back into them.
@@ -161,19 +162,19 @@ contains
       if (.not. scene%can_break) return
       if (size(later) > 0) call recut(scene, state, later, parent)
       scene%breakable(later) = 0
-      scene%release = spread(0.0_wp*state%mass, 1, 2)
+      state%release = spread(0.0_wp*state%mass, 1, 2)
       ! A run that could not break may go on with rock that can
       if (.not. file%has('bonds')) return
       allocate (bonds(bond_value_count, size(edge)))
       call file%load('bonds', bonds, errors)
       call file%load('crack_events', events, errors)
-      call file%load('release_start', scene%release_start, errors)
-      call file%load('release_time', scene%release_time, errors)
-      if (scene%release_time > 0.0_wp) call file%load('release', scene%release, errors)
+      call file%load('release_start', state%release_start, errors)
+      call file%load('release_time', state%release_time, errors)
+      if (state%release_time > 0.0_wp) call file%load('release', state%release, errors)
       if (errors%any()) return
-      call restore_bonds(bonds, scene%bonds)
-      call restore_events(events, scene%bonds)
-      scene%joints%bonded(scene%bonds%fractures + 1:) = scene%bonds%active
+      call restore_bonds(bonds, scene%bonds, state%bonds)
+      call restore_events(events, state%bonds)
+      scene%joints%bonded(scene%bonds%fractures + 1:) = state%bonds%active
    end subroutine load_cracks
 
    !> Does a list start with another one?
@@ -283,7 +284,7 @@ contains
       call file%save('contact_stiffness', state%tractions%contact_stiffness)
       call file%save('corners', state%corners%held)
       call file%save('corners_passed', state%corners%passed)
-      if (scene%has_contact) call file%save('contact', scene%contact%save_state())
+      if (scene%has_contact) call file%save('contact', state%contact%values())
    end subroutine save_contact
 
    subroutine load_contact(file, path, scene, state, errors)
@@ -308,7 +309,7 @@ contains
       if (.not. scene%has_contact) return
       call file%load('contact', contact, errors)
       if (errors%any()) return
-      if (.not. scene%contact%restore_state(scene%exposed, contact)) &
+      if (.not. scene%contact%restore_state(scene%exposed, contact, state%contact)) &
          call errors%add(path//': the contact of the checkpoint does not fit this mesh')
    end subroutine load_contact
 

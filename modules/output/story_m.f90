@@ -106,7 +106,7 @@ contains
           .and. .not. any(scene%deck%joint%coupling == 'coupled')) &
          call log%warn('the contact has given out '//to_text(-state%energy%contact)//' J/m more than it took up: bodies '// &
                        'collide too fast for this step; try a smaller &explicit safety or &material penalty_factor')
-      if (scene%has_contact) call log%say('contact   '//to_text(scene%contact%searches)//' searches in '// &
+      if (scene%has_contact) call log%say('contact   '//to_text(state%contact%searches)//' searches in '// &
                                           to_text(state%step)//' steps')
       call log%say('done      '//to_text(state%step)//' steps in '//to_text(progress%elapsed())//' s; results in '//directory)
    end subroutine say_end

@@ -35,25 +35,31 @@ module bonds_m
       !> Nodes A, B, A', B' (4, bonds), length before any motion (bonds) [m]
       integer, allocatable :: node(:, :)
       real(wp), allocatable :: length(:)
-      !> Law of each bond, opening and slip it was put in with (2, points, bonds) [m], state (points, bonds)
+      !> Law of each bond, opening and slip it was put in with (2, points, bonds) [m]
       type(cohesive_t), allocatable :: law(:)
       real(wp), allocatable :: shift(:, :, :)
+      !> Index of the deck's &fracture group (bonds)
+      integer, allocatable :: setting(:)
+   end type bonds_t
+
+   !> What the bonds remember
+   type, public :: bond_memory_t
+      !> State (points, bonds)
       type(cohesive_point_t), allocatable :: point(:, :)
       !> Does it still hold or press? (bonds) A bond that has parted belongs to the contact
       logical, allocatable :: active(:)
       !> Has its breaking been noted? (bonds)
       logical, allocatable :: broken(:)
-      !> Index of the deck's &fracture group (bonds)
-      integer, allocatable :: setting(:)
       !> What has broken, in the order of time
       type(crack_event_t), allocatable :: event(:)
-   end type bonds_t
+   end type bond_memory_t
 
 contains
 
    !> Put in bonds without stress at the end of the list.
-   subroutine add_bonds(bonds, length, law, setting)
+   subroutine add_bonds(bonds, memory, length, law, setting)
       type(bonds_t), intent(inout) :: bonds
+      type(bond_memory_t), intent(inout) :: memory
       !> Of the new bonds
       real(wp), intent(in) :: length(:)
       type(cohesive_t), intent(in) :: law(:)
@@ -64,8 +70,8 @@ contains
       integer :: before, after, b
 
       if (.not. allocated(bonds%length)) then
-         allocate (bonds%length(0), bonds%law(0), bonds%shift(2, bond_points, 0), bonds%point(bond_points, 0), &
-                   bonds%active(0), bonds%broken(0), bonds%setting(0), bonds%node(4, 0), bonds%event(0))
+         allocate (bonds%length(0), bonds%law(0), bonds%shift(2, bond_points, 0), memory%point(bond_points, 0), &
+                   memory%active(0), memory%broken(0), bonds%setting(0), bonds%node(4, 0), memory%event(0))
       end if
       before = size(bonds%length)
       after = before + size(length)
@@ -73,26 +79,27 @@ contains
       shifts = 0.0_wp
       do b = 1, before
          laws(b) = bonds%law(b)
-         points(:, b) = bonds%point(:, b)
+         points(:, b) = memory%point(:, b)
          shifts(:, :, b) = bonds%shift(:, :, b)
       end do
       do b = before + 1, after
          laws(b) = law(b - before)
       end do
       call move_alloc(laws, bonds%law)
-      call move_alloc(points, bonds%point)
+      call move_alloc(points, memory%point)
       call move_alloc(shifts, bonds%shift)
       bonds%length = [bonds%length, length]
       bonds%setting = [bonds%setting, setting]
-      bonds%active = [bonds%active, [(.true., b=1, size(length))]]
-      bonds%broken = [bonds%broken, [(.false., b=1, size(length))]]
+      memory%active = [memory%active, [(.true., b=1, size(length))]]
+      memory%broken = [memory%broken, [(.false., b=1, size(length))]]
    end subroutine add_bonds
 
    !> Let a bond start at the stress of the rock, at or within its strength. Where the stress is beyond the strength, either
    !> the bond is made as strong as that, so that no force jumps (its fracture energies stay), or it carries what its
    !> strength allows and equilibrium has to be found anew.
-   pure subroutine start_bond(bonds, b, law, normal, shear, no_jump)
+   pure subroutine start_bond(bonds, memory, b, law, normal, shear, no_jump)
       type(bonds_t), intent(inout) :: bonds
+      type(bond_memory_t), intent(inout) :: memory
       integer, intent(in) :: b
       !> Law of the rock
       type(cohesive_t), intent(in) :: law
@@ -112,7 +119,7 @@ contains
       end if
       do k = 1, bond_points
          bonds%shift(:, k, b) = stress/law%stiffness
-         call start_point(bonds%law(b), stress(1), stress(2), bonds%point(k, b))
+         call start_point(bonds%law(b), stress(1), stress(2), memory%point(k, b))
       end do
    end subroutine start_bond
 
@@ -129,39 +136,43 @@ contains
    end function strength_factor
 
    !> Add the forces of all bonds to the nodal forces.
-   subroutine hold_together(bonds, x, u, force)
-      type(bonds_t), intent(inout) :: bonds
+   subroutine hold_together(bonds, x, u, memory, force)
+      type(bonds_t), intent(in) :: bonds
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      type(bond_memory_t), intent(inout) :: memory
       !> Nodal forces (2, nodes) [N per m of thickness]
       real(wp), contiguous, intent(inout) :: force(:, :)
 
-      call bond_forces(bonds%active, bonds%node, bonds%length, bonds%law, bonds%shift, x, u, bonds%point, force)
+      call bond_forces(memory%active, bonds%node, bonds%length, bonds%law, bonds%shift, x, u, memory%point, force)
    end subroutine hold_together
 
    !> Add the bonds' part to the nodal bounds of the stiffness (nodes) [N/m per m of thickness].
-   subroutine bonds_stiffness_bound(bonds, bound)
+   subroutine bonds_stiffness_bound(bonds, memory, bound)
       type(bonds_t), intent(in) :: bonds
+      type(bond_memory_t), intent(in) :: memory
       real(wp), contiguous, intent(inout) :: bound(:)
 
-      call bond_stiffness_bound(bonds%active, bonds%node, bonds%length, bonds%law, bound)
+      call bond_stiffness_bound(memory%active, bonds%node, bonds%length, bonds%law, bound)
    end subroutine bonds_stiffness_bound
 
    !> Work done on all bonds so far [J per m of thickness].
-   pure real(wp) function bonds_work(bonds) result(work)
+   pure real(wp) function bonds_work(bonds, memory) result(work)
       type(bonds_t), intent(in) :: bonds
+      type(bond_memory_t), intent(in) :: memory
       integer :: b
 
       work = 0.0_wp
       if (.not. allocated(bonds%length)) return
       do b = 1, size(bonds%length)
-         work = work + bonds%length(b)*dot_product(bond_weight, bonds%point(:, b)%work)
+         work = work + bonds%length(b)*dot_product(bond_weight, memory%point(:, b)%work)
       end do
    end function bonds_work
 
    !> Damage of every joint element: 1 on fractures, the mean over the points of a bond (joints).
-   pure function bond_damage(bonds, joints) result(damage)
+   pure function bond_damage(bonds, memory, joints) result(damage)
       type(bonds_t), intent(in) :: bonds
+      type(bond_memory_t), intent(in) :: memory
       !> Number of joint elements
       integer, intent(in) :: joints
       real(wp) :: damage(joints)
@@ -170,7 +181,7 @@ contains
       damage = 1.0_wp
       if (.not. allocated(bonds%length)) return
       do b = 1, size(bonds%length)
-         damage(bonds%fractures + b) = dot_product(bond_weight, bonds%point(:, b)%damage)
+         damage(bonds%fractures + b) = dot_product(bond_weight, memory%point(:, b)%damage)
       end do
    end function bond_damage
 
@@ -182,8 +193,9 @@ contains
    end function is_closed
 
    !> All bonds as lists of numbers, for checkpoints (values, bonds).
-   pure function bond_values(bonds) result(value)
+   pure function bond_values(bonds, memory) result(value)
       type(bonds_t), intent(in) :: bonds
+      type(bond_memory_t), intent(in) :: memory
       real(wp), allocatable :: value(:, :)
       integer :: b, k
 
@@ -193,58 +205,59 @@ contains
       end if
       allocate (value(bond_value_count, size(bonds%length)))
       do b = 1, size(bonds%length)
-         value(:, b) = [merge(1.0_wp, 0.0_wp, [bonds%active(b), bonds%broken(b)]), cohesive_values(bonds%law(b)), &
-                        reshape(bonds%shift(:, :, b), [shift_value_count]), (point_values(bonds%point(k, b)), k=1, bond_points)]
+         value(:, b) = [merge(1.0_wp, 0.0_wp, [memory%active(b), memory%broken(b)]), cohesive_values(bonds%law(b)), &
+                        reshape(bonds%shift(:, :, b), [shift_value_count]), (point_values(memory%point(k, b)), k=1, bond_points)]
       end do
    end function bond_values
 
    !> Bonds that are in place already, from their lists of numbers.
-   pure subroutine restore_bonds(value, bonds)
+   pure subroutine restore_bonds(value, bonds, memory)
       !> As bond_values gave them (values, bonds)
       real(wp), intent(in) :: value(:, :)
       type(bonds_t), intent(inout) :: bonds
+      type(bond_memory_t), intent(inout) :: memory
       integer :: b, k, next
 
       do b = 1, size(value, 2)
-         bonds%active(b) = value(1, b) > 0.5_wp
-         bonds%broken(b) = value(2, b) > 0.5_wp
+         memory%active(b) = value(1, b) > 0.5_wp
+         memory%broken(b) = value(2, b) > 0.5_wp
          next = flags
          bonds%law(b) = cohesive_from_values(value(next + 1:next + cohesive_value_count, b))
          next = next + cohesive_value_count
          bonds%shift(:, :, b) = reshape(value(next + 1:next + shift_value_count, b), [2, bond_points])
          next = next + shift_value_count
          do k = 1, bond_points
-            bonds%point(k, b) = point_from_values(value(next + 1:next + point_value_count, b))
+            memory%point(k, b) = point_from_values(value(next + 1:next + point_value_count, b))
             next = next + point_value_count
          end do
       end do
    end subroutine restore_bonds
 
    !> All crack events as lists of numbers, for checkpoints (values, events).
-   pure function event_values(bonds) result(value)
-      type(bonds_t), intent(in) :: bonds
+   pure function event_values(memory) result(value)
+      type(bond_memory_t), intent(in) :: memory
       real(wp), allocatable :: value(:, :)
       integer :: i, events
 
       events = 0
-      if (allocated(bonds%event)) events = size(bonds%event)
+      if (allocated(memory%event)) events = size(memory%event)
       allocate (value(event_value_count, events))
       do i = 1, events
-         associate (e => bonds%event(i))
+         associate (e => memory%event(i))
             value(:, i) = [e%time, real(e%stage, wp), e%place, e%angle, e%length, real(e%mode, wp), e%energy]
          end associate
       end do
    end function event_values
 
    !> Crack events from their lists of numbers.
-   pure subroutine restore_events(value, bonds)
+   pure subroutine restore_events(value, memory)
       !> As event_values gave them (values, events)
       real(wp), intent(in) :: value(:, :)
-      type(bonds_t), intent(inout) :: bonds
+      type(bond_memory_t), intent(inout) :: memory
       integer :: i
 
-      bonds%event = [(crack_event_t(time=value(1, i), stage=nint(value(2, i)), place=value(3:4, i), angle=value(5, i), &
-                                    length=value(6, i), mode=nint(value(7, i)), energy=value(8, i)), i=1, size(value, 2))]
+      memory%event = [(crack_event_t(time=value(1, i), stage=nint(value(2, i)), place=value(3:4, i), angle=value(5, i), &
+                                     length=value(6, i), mode=nint(value(7, i)), energy=value(8, i)), i=1, size(value, 2))]
    end subroutine restore_events
 
 end module bonds_m

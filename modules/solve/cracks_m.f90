@@ -14,7 +14,7 @@ module cracks_m
    use edges_m, only: next_corner
    use recut_m, only: recut, renew_contact, renew_loads, rock_law
    use scene_m, only: scene_t
-   use solid_m, only: solid_stress
+   use solid_m, only: solid_t, solid_stress
    use state_m, only: state_t
    implicit none
    private
@@ -46,7 +46,7 @@ contains
       call recut(scene, state, chosen, parent)
       scene%breakable(chosen) = 0
       scene%is_adaptive = any(scene%breakable > 0)
-      allocate (scene%release(2, size(state%mass)), source=0.0_wp)
+      allocate (state%release(2, size(state%mass)), source=0.0_wp)
       call warn_of_bonds(scene, log)
    end subroutine start_cracks
 
@@ -122,34 +122,34 @@ contains
 
       parted = .false.
       events = 0
-      do b = 1, size(scene%bonds%active)
-         if (.not. scene%bonds%active(b)) cycle
-         if (.not. bond_is_broken(scene%bonds%point(:, b))) cycle
-         if (.not. scene%bonds%broken(b)) then
-            if (events == 0) allocate (event(size(scene%bonds%active)))
+      do b = 1, size(state%bonds%active)
+         if (.not. state%bonds%active(b)) cycle
+         if (.not. bond_is_broken(state%bonds%point(:, b))) cycle
+         if (.not. state%bonds%broken(b)) then
+            if (events == 0) allocate (event(size(state%bonds%active)))
             events = events + 1
-            call note_event(scene, state%time, b, event(events))
+            call note_event(scene, state, b, event(events))
          end if
-         if (.not. bond_has_parted(scene%bonds%point(:, b))) cycle
+         if (.not. bond_has_parted(state%bonds%point(:, b))) cycle
          ! A law with a closure of its own can only take over walls that do not press on each other
          if (scene%joints%law(scene%bonds%fractures + b)%kind /= law_coulomb .and. &
-             any(scene%bonds%point(:, b)%normal < 0.0_wp)) cycle
+             any(state%bonds%point(:, b)%normal < 0.0_wp)) cycle
          call hand_over(scene, state, b)
          parted = .true.
       end do
       if (parted) call renew_contact(scene, [(n, n=1, size(state%mass))], state)
       changed = parted
       if (events == 0) return
-      scene%bonds%event = [scene%bonds%event, event(:events)]
+      state%bonds%event = [state%bonds%event, event(:events)]
       if (size(scene%deck%pore_pressure) == 0) return
-      call renew_loads(scene)
+      call renew_loads(scene, state)
       changed = .true.
    end subroutine note_cracks
 
    !> Note that a bond broke.
-   subroutine note_event(scene, time, b, event)
-      type(scene_t), intent(inout) :: scene
-      real(wp), intent(in) :: time
+   subroutine note_event(scene, state, b, event)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
       integer, intent(in) :: b
       type(crack_event_t), intent(out) :: event
       real(wp) :: along(2), energy(2)
@@ -160,13 +160,13 @@ contains
       end associate
       if (along(1) < 0.0_wp) along = -along
       event%angle = atan2(along(2), along(1))/radians
-      event%time = time
+      event%time = state%time
       event%stage = scene%stage
       event%length = scene%bonds%length(b)
-      energy = bond_energy(event%length, scene%bonds%point(:, b))
+      energy = bond_energy(event%length, state%bonds%point(:, b))
       event%mode = bond_mode(energy)
       event%energy = sum(energy)
-      scene%bonds%broken(b) = .true.
+      state%bonds%broken(b) = .true.
    end subroutine note_event
 
    !> A bond has parted: its walls go to the contact with the stresses they have.
@@ -178,7 +178,7 @@ contains
 
       j = scene%bonds%fractures + b
       call describe_bond(scene, state, b)
-      scene%bonds%active(b) = .false.
+      state%bonds%active(b) = .false.
       scene%joints%bonded(j) = .false.
       state%tractions%contact_stress(j) = state%joint(j)%sn
       state%joint(j)%u_max = abs(state%joint(j)%u)
@@ -191,8 +191,8 @@ contains
       integer :: b
 
       if (.not. scene%can_break) return
-      do b = 1, size(scene%bonds%active)
-         if (scene%bonds%active(b)) call describe_bond(scene, state, b)
+      do b = 1, size(state%bonds%active)
+         if (state%bonds%active(b)) call describe_bond(scene, state, b)
       end do
    end subroutine describe_bonds
 
@@ -202,7 +202,7 @@ contains
       integer, intent(in) :: b
       type(joint_frame_t) :: frame
 
-      associate (node => scene%bonds%node(:, b), point => scene%bonds%point(:, b), j => scene%bonds%fractures + b)
+      associate (node => scene%bonds%node(:, b), point => state%bonds%point(:, b), j => scene%bonds%fractures + b)
          frame = joint_kinematics(scene%split%x(:, node), state%u(:, node))
          state%joint(j)%u = frame%shear/millimetre
          state%joint(j)%tau = dot_product(bond_weight, point%shear)/megapascal
@@ -286,7 +286,7 @@ contains
       real(wp) :: normal, shear
       integer :: b, e, before
 
-      before = size(scene%bonds%active)
+      before = size(state%bonds%active)
       allocate (fresh(before + size(edge)), source=.true.)
       do b = 1, before
          fresh(b) = is_closed(scene%bonds%node(:, b))
@@ -300,8 +300,8 @@ contains
             call stress_across(scene, state, e, 0.5_wp*(solid_stress(scene%solid, beside(1), state%u) + &
                                                         solid_stress(scene%solid, beside(2), state%u)), normal, shear)
          end associate
-         call start_bond(scene%bonds, b, rock_law(scene, scene%bonds%fractures + b, scene%bonds%setting(b)), normal, shear, &
-                         no_jump)
+         call start_bond(scene%bonds, state%bonds, b, rock_law(scene, scene%bonds%fractures + b, scene%bonds%setting(b)), &
+                         normal, shear, no_jump)
       end do
    end subroutine cut_overstressed
 
@@ -326,13 +326,12 @@ contains
 
    !> Hold back the forces that new cuts would set free at once, and let go of them over some passages of a wave through
    !> an element: so the acceleration of no node jumps.
-   subroutine hold_back(scene, state, parent, acceleration, force)
-      type(scene_t), intent(inout) :: scene
-      type(state_t), intent(in) :: state
+   subroutine hold_back(parent, acceleration, force, state)
       !> Node that each node was before the cut (nodes)
       integer, intent(in) :: parent(:)
       !> Acceleration before the cut (2, nodes before) [m/s2], force after it, with what is held back already (2, nodes) [N/m]
       real(wp), intent(in) :: acceleration(:, :), force(:, :)
+      type(state_t), intent(inout) :: state
       integer :: copies(size(acceleration, 2)), n
 
       copies = 0
@@ -340,40 +339,39 @@ contains
          copies(parent(n)) = copies(parent(n)) + 1
       end do
       do n = 1, size(parent)
-         if (copies(parent(n)) > 1) scene%release(:, n) = scene%release(:, n) + state%mass(n)*acceleration(:, parent(n)) &
+         if (copies(parent(n)) > 1) state%release(:, n) = state%release(:, n) + state%mass(n)*acceleration(:, parent(n)) &
                                                           - force(:, n)
       end do
    end subroutine hold_back
 
    !> What is left to let go of at the present time goes to the copies of the nodes as one; the clock starts again.
-   subroutine restart_release(scene, time, parent)
-      type(scene_t), intent(inout) :: scene
-      real(wp), intent(in) :: time
+   subroutine restart_release(solid, parent, state)
+      type(solid_t), intent(in) :: solid
       integer, intent(in) :: parent(:)
-      real(wp) :: left(2, size(scene%release, 2))
-      integer :: copies(size(scene%release, 2)), n
+      type(state_t), intent(inout) :: state
+      real(wp) :: left(2, size(state%release, 2))
+      integer :: copies(size(state%release, 2)), n
 
-      left = scene%release*release_factor(scene, time)
+      left = state%release*release_factor(state)
       copies = 0
       do n = 1, size(parent)
          copies(parent(n)) = copies(parent(n)) + 1
       end do
-      deallocate (scene%release)
-      allocate (scene%release(2, size(parent)), source=0.0_wp)
+      deallocate (state%release)
+      allocate (state%release(2, size(parent)), source=0.0_wp)
       do n = 1, size(parent)
-         if (copies(parent(n)) == 1) scene%release(:, n) = left(:, parent(n))
+         if (copies(parent(n)) == 1) state%release(:, n) = left(:, parent(n))
       end do
-      scene%release_start = time
-      scene%release_time = release_passages*maxval(scene%solid%height*sqrt(scene%solid%density/scene%solid%young))
+      state%release_start = state%time
+      state%release_time = release_passages*maxval(solid%height*sqrt(solid%density/solid%young))
    end subroutine restart_release
 
    !> Part of the forces held back that still acts.
-   pure real(wp) function release_factor(scene, time) result(factor)
-      type(scene_t), intent(in) :: scene
-      real(wp), intent(in) :: time
+   pure real(wp) function release_factor(state) result(factor)
+      type(state_t), intent(in) :: state
 
       factor = 0.0_wp
-      if (scene%release_time > 0.0_wp) factor = max(0.0_wp, 1.0_wp - (time - scene%release_start)/scene%release_time)
+      if (state%release_time > 0.0_wp) factor = max(0.0_wp, 1.0_wp - (state%time - state%release_start)/state%release_time)
    end function release_factor
 
 end module cracks_m

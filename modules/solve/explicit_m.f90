@@ -8,21 +8,20 @@ module explicit_m
    use mesh_m, only: place_text
    use scene_m, only: scene_t
    use state_m, only: state_t, kinetic_energy
-   use solid_m, only: solid_forces, viscous_forces, strain_energy
+   use solid_m, only: strain_energy
+   use forces_m, only: find_forces
    use stable_step_m, only: stable_step
-   use wall_contact_m, only: find_overlaps, add_wall_forces
-   use corners_m, only: add_corner_forces, decide_corners, press_further
-   use contact_m, only: contact_energy_t
-   use joints_m, only: couple_walls, couple_potential, have_stiffened
-   use loads_m, only: nodal_loads, smooth_ramp
-   use bonds_m, only: hold_together, bonds_work
+   use corners_m, only: decide_corners, press_further
+   use joints_m, only: have_stiffened
+   use loads_m, only: smooth_ramp
+   use bonds_m, only: bonds_work
    use cracks_m, only: note_cracks, overstressed_edges, cut_overstressed, describe_bonds, hold_back, restart_release, &
                        release_factor
    use motion_m, only: move_nodes, unbalanced_ratio
    implicit none
    private
 
-   public :: explicit_cycle, find_forces, start_account, fraction_done
+   public :: explicit_cycle, start_account, fraction_done
 
    !> Steps between two looks at equilibrium and at the clock
    integer, parameter :: steps_between_looks = 100
@@ -85,7 +84,7 @@ contains
       end associate
       state%energy%kinetic = kinetic_energy(state%mass, state%v)
       state%energy%strain = strain_energy(scene%solid, state%u)
-      state%energy%fracture = bonds_work(scene%bonds)
+      state%energy%fracture = bonds_work(scene%bonds, state%bonds)
       call describe_bonds(scene, state)
    end subroutine explicit_cycle
 
@@ -118,8 +117,8 @@ contains
          call profile(scene, stage, moving, fraction, 0.5_wp*dt/duration, part, motion)
          level = (real(cycle - 1, wp) + part)/real(scene%deck%stage(stage)%cycles, wp)
          call find_forces(scene, level, state, searched)
-         call move_nodes(scene%loads, motion, scene%local_damping, dt, scene%damping_force, state)
-         if (scene%can_break) call account_release(scene, dt, state)
+         call move_nodes(scene%loads, motion, scene%local_damping, dt, state)
+         if (scene%can_break) call account_release(dt, state)
          elapsed = elapsed + dt
          state%time = state%time + dt
          state%step = state%step + 1_i8
@@ -212,114 +211,32 @@ contains
       if (size(edge) == 0) return
       changed = .true.
       call find_forces(scene, level, state, searched)
-      acceleration = total_force(scene, state)/spread(state%mass, 1, 2)
+      acceleration = total_force(state)/spread(state%mass, 1, 2)
       call cut_overstressed(scene, state, edge, .true., parent)
-      call restart_release(scene, state%time, parent)
+      call restart_release(scene%solid, parent, state)
       call find_forces(scene, level, state, searched)
-      call hold_back(scene, state, parent, acceleration, total_force(scene, state))
+      call hold_back(parent, acceleration, total_force(state), state)
    end subroutine let_crack
 
    !> What letting go of the forces of new cracks takes out of the motion counts as damping.
-   subroutine account_release(scene, dt, state)
-      type(scene_t), intent(in) :: scene
+   subroutine account_release(dt, state)
       !> Step just done [s]
       real(wp), intent(in) :: dt
       type(state_t), intent(inout) :: state
       real(wp) :: factor
 
-      factor = release_factor(scene, state%time)
-      if (factor > 0.0_wp) state%energy%damping = state%energy%damping - factor*dt*sum(scene%release*state%v)
+      factor = release_factor(state)
+      if (factor > 0.0_wp) state%energy%damping = state%energy%damping - factor*dt*sum(state%release*state%v)
    end subroutine account_release
 
    !> All forces on the nodes but prescribed ones' reactions (2, nodes) [N per m].
-   function total_force(scene, state) result(force)
-      type(scene_t), intent(in) :: scene
+   function total_force(state) result(force)
       type(state_t), intent(in) :: state
       real(wp), allocatable :: force(:, :)
 
       force = state%solid + state%normal + state%friction + state%load
-      if (size(scene%damping_force, 2) > 0) force = force + scene%damping_force
+      if (size(state%damping, 2) > 0) force = force + state%damping
    end function total_force
-
-   !> All nodal forces at the current displacement.
-   subroutine find_forces(scene, level, state, searched)
-      type(scene_t), intent(inout) :: scene
-      !> Loads: 0 at the start of the stage, 1 at its end
-      real(wp), intent(in) :: level
-      type(state_t), intent(inout) :: state
-      !> Has contact found new pairs, so that the stable step has to be looked at again?
-      logical, intent(out) :: searched
-
-      searched = .false.
-      call nodal_loads(scene%loads, scene%split%x, state%u, level, state%load)
-      call clear(state%solid)
-      call solid_forces(scene%solid, state%u, state%solid)
-      if (scene%can_break) then
-         call hold_together(scene%bonds, scene%split%x, state%u, state%solid)
-         if (release_factor(scene, state%time) > 0.0_wp) &
-            state%solid = state%solid + release_factor(scene, state%time)*scene%release
-      end if
-      if (size(scene%damping_force, 2) > 0) then
-         call clear(scene%damping_force)
-         call viscous_forces(scene%solid, state%u, state%v, scene%damping_force)
-      end if
-      if (scene%has_walls .or. scene%has_contact) then
-         call clear_at(scene%touching, state%normal)
-         call clear_at(scene%touching, state%friction)
-      end if
-      if (scene%has_walls) then
-         call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
-         call couple_walls(scene%joints, scene%walls, state%walls, scene%solid, scene%split%x, state%u, state%v, &
-                           state%tractions, state%joint, state%opening, state%aperture)
-         call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
-         call add_corner_forces(scene%corners, state%corners, state%u, state%normal)
-      end if
-      if (scene%has_contact) call find_contact_forces(scene, state, searched)
-   end subroutine find_forces
-
-   !> No force yet: contiguous, so that the compiler clears whole lines of memory.
-   pure subroutine clear(force)
-      real(wp), contiguous, intent(out) :: force(:, :)
-
-      force = 0.0_wp
-   end subroutine clear
-
-   !> No force yet at some nodes.
-   pure subroutine clear_at(node, force)
-      integer, intent(in) :: node(:)
-      real(wp), contiguous, intent(inout) :: force(:, :)
-      integer :: i
-
-      do i = 1, size(node)
-         force(:, node(i)) = 0.0_wp
-      end do
-   end subroutine clear_at
-
-   !> Forces between surfaces that meet, with a new search when something has moved half the skin.
-   subroutine find_contact_forces(scene, state, searched)
-      type(scene_t), intent(inout) :: scene
-      type(state_t), intent(inout) :: state
-      logical, intent(out) :: searched
-      type(contact_energy_t) :: energy
-      real(wp) :: normal(size(state%joint)), shear(size(state%joint))
-      integer :: e
-
-      searched = scene%contact%needs_search(state%u)
-      if (searched) call scene%contact%search(scene%exposed, state%u)
-      if (scene%has_potential_joints) then
-         call scene%contact%joint_tractions(scene%exposed, normal, shear)
-         call couple_potential(scene%joints, scene%solid, scene%split%x, state%u, normal, shear, state%tractions, &
-                               state%joint, state%opening, state%aperture)
-         do e = 1, size(scene%friction)
-            associate (j => scene%exposed%surface_joint(e))
-               if (j == 0) cycle
-               ! Walls in wall contact have their own friction, and that of surfaces where they meet others
-               if (.not. scene%joints%wall_handled(j)) scene%friction(e) = state%joint(j)%mu_mob              ! (33)
-            end associate
-         end do
-      end if
-      call scene%contact%forces(scene%exposed, state%u, state%v, scene%friction, state%normal, state%friction, energy)
-   end subroutine find_contact_forces
 
    !> Say when and where the motion has grown out of all bounds.
    subroutine report_failure(scene, stage, cycle, state, dt, errors)

@@ -7,7 +7,6 @@
 !> pseudo-time.
 module implicit_m
    use kinds_m, only: wp, i8
-   use constants_m, only: unset
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
    use log_m, only: log_t, progress_t
@@ -21,7 +20,7 @@ module implicit_m
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left
    use corners_m, only: decide_corners, press_further, any_passed, most_pressed
-   use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, equilibrate, evaluate, go_back, free_norm
+   use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, equilibrate, evaluate, free_norm
    implicit none
    private
 
@@ -106,7 +105,7 @@ contains
             self%move_part = part
             if (iterations <= easy) self%part = min(1.0_wp, 2.0_wp*self%part)
          else
-            call give_up_increment(self, scene, increment, state)
+            call give_up_increment(self, increment, state)
             self%part = 0.5_wp*self%part
             if (allocated(self%failure)) then
                call report_linear_failure(self, scene, stage, cycle, level, state, report, errors)
@@ -148,7 +147,7 @@ contains
    !> there is rest.
    subroutine hold_corners(self, scene, increment, state, iterations)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       !> Those of the increment, to which this adds
@@ -196,7 +195,7 @@ contains
          if (found) then
             call account_increment(scene, increment%start, state)
          else
-            call give_up_increment(self, scene, increment, state)
+            call give_up_increment(self, increment, state)
             call follow(self, scene, level, 0.0_wp, state, ending)
             if (ending /= end_rest) return
          end if
@@ -219,7 +218,6 @@ contains
       if (scene%can_break) call crack_at_rest(scene, state, changed, parent)
       if (.not. changed) return
       if (allocated(parent)) self%move = self%move(:, parent)
-      scene%loads%level_then = unset
       call start_increment_at(scene, level, 0.0_wp, state, increment)
       call evaluate(scene, increment, state)
       call lay_out(self, scene, state)
@@ -268,7 +266,7 @@ contains
          call equilibrate(self, scene, increment, tolerance, state, iterations, stepped)
          self%pseudo_steps = self%pseudo_steps + 1_i8
          if (.not. stepped) then
-            call give_up_increment(self, scene, increment, state)
+            call give_up_increment(self, increment, state)
             if (allocated(self%failure)) ending = end_linear
             if (allocated(self%failure)) return
             if (.not. free .or. drag <= light) drag = heavier*drag
@@ -313,7 +311,7 @@ contains
    !> A new stage prescribes other displacements: other unknowns, another pattern, nothing to extrapolate from.
    subroutine prepare_stage(self, scene, stage, cycle, log, state, errors)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
@@ -364,7 +362,7 @@ contains
    !> is far off and worse, as they are.
    subroutine first_guess(self, scene, part, duration, increment, state)
       type(implicit_solver_t), intent(in) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       !> Part of the cycle, and the time that prescribed velocities act [s]
       real(wp), intent(in) :: part, duration
       type(newton_increment_t), intent(in) :: increment
@@ -388,20 +386,20 @@ contains
    !> Do surfaces that are no fracture walls press on each other? That contact is not in the equations.
    subroutine check_other_contact(self, scene, stage, log, state, errors)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       integer, intent(in) :: stage
       type(log_t), intent(in) :: log
-      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       real(wp) :: push(2, size(state%u, 2)), rub(2, size(state%u, 2)), share
       type(contact_energy_t) :: energy
       character(len=:), allocatable :: what
       integer :: node
 
-      if (scene%contact%needs_search(state%u)) call scene%contact%search(scene%exposed, state%u)
+      if (scene%contact%needs_search(state%contact, state%u)) call scene%contact%search(scene%exposed, state%u, state%contact)
       push = 0.0_wp
       rub = 0.0_wp
-      call scene%contact%forces(scene%exposed, state%u, state%v, scene%friction, push, rub, energy)
+      call scene%contact%forces(scene%exposed, state%u, state%v, state%surface_friction, state%contact, push, rub, energy)
       share = norm2(push)
       if (share <= 0.0_wp) return
       share = share/norm2([norm2(state%normal), norm2(state%friction), norm2(state%load), share])
@@ -420,22 +418,19 @@ contains
    end subroutine check_other_contact
 
    !> Back to the start of the increment.
-   subroutine give_up_increment(self, scene, increment, state)
+   subroutine give_up_increment(self, increment, state)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
 
-      call go_back(scene, increment, state)
-      ! The loads are no longer those of the last call
-      scene%loads%level_then = unset
+      state = increment%start
       self%factored = .false.
    end subroutine give_up_increment
 
    !> No rest: say when, where and what moves. Rock that cannot break goes back to where it rested last, which the caller writes.
    subroutine report_failure(self, scene, stage, cycle, level, duration, ending, increment, state, report, errors)
       type(implicit_solver_t), intent(in) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       integer, intent(in) :: stage, cycle
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
@@ -476,7 +471,7 @@ contains
          most = maxloc(sum((state%u - increment%start%u)**2, dim=1, mask=.not. scene%loads%fixed), dim=1)
          why = why//'; most moves the rock near '//place_text(scene%split%x(:, most), scene%split%datum)//', by '// &
                to_text(norm2(state%u(:, most) - increment%start%u(:, most)))//' m'
-         call go_back(scene, increment, state)
+         state = increment%start
       else
          ! Its loads are those of the increment's end
          state%time = state%time + duration

@@ -6,13 +6,11 @@
 !> the increment, and an increment is one step of every law, however the search went.
 module increment_m
    use kinds_m, only: wp
-   use cohesive_m, only: cohesive_point_t
-   use contact_m, only: contact_memory_t
    use scene_m, only: scene_t
-   use state_m, only: state_t
+   use state_m, only: state_t, laws_go_back
    use solid_m, only: strain_energy
    use bonds_m, only: bonds_work
-   use explicit_m, only: find_forces
+   use forces_m, only: find_forces
    implicit none
    private
 
@@ -23,16 +21,13 @@ module increment_m
       type(state_t) :: start
       !> Loads at its end, 0 to 1 over the stage
       real(wp) :: level = 0.0_wp
-      !> Bonds and friction of the general contact at its start
-      type(cohesive_point_t), allocatable :: bond(:, :)
-      type(contact_memory_t) :: contact
    end type increment_t
 
 contains
 
    !> Remember all that forces depend on but displacements, and find the forces there.
    subroutine start_increment(scene, level, state, increment)
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       !> Loads now, 0 to 1 over the stage
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
@@ -40,26 +35,23 @@ contains
       logical :: searched
 
       increment%start = state
-      if (scene%can_break) increment%bond = scene%bonds%point
-      if (scene%has_contact) call scene%contact%recall(state%u, increment%contact)
+      if (scene%has_contact) call scene%contact%recall(state%contact, state%u, increment%start%contact%springs)
       call forces_from_start(scene, increment, level, state, searched)
-      state%joint = increment%start%joint
+      call laws_go_back(increment%start, state)
       increment%start = state
    end subroutine start_increment
 
    !> The forces of the explicit solver at the displacement state%u; joints, bonds and friction go there in one step from
    !> the start of the increment.
    subroutine forces_from_start(scene, increment, level, state, searched)
-      type(scene_t), intent(inout) :: scene
-      type(increment_t), intent(in) :: increment
+      type(scene_t), intent(in) :: scene
+      class(increment_t), intent(in) :: increment
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
       !> Has contact found new pairs?
       logical, intent(out) :: searched
 
-      state%joint = increment%start%joint
-      if (scene%can_break) scene%bonds%point = increment%bond
-      if (scene%has_contact) call scene%contact%go_back(increment%contact)
+      call laws_go_back(increment%start, state)
       call find_forces(scene, level, state, searched)
    end subroutine forces_from_start
 
@@ -109,7 +101,7 @@ contains
          energy%damping = energy%damping + damping
          energy%kinetic = 0.0_wp
          energy%strain = strain_energy(scene%solid, state%u)
-         energy%fracture = bonds_work(scene%bonds)
+         energy%fracture = bonds_work(scene%bonds, state%bonds)
       end associate
    end subroutine account_increment
 

@@ -15,7 +15,7 @@ contains
 
    !> Advance velocities and displacements by one step of eq 1 (semi-implicit Euler, kick then drift) and add the step's
    !> work to the energy account; the kinetic energy after it is there at no cost.
-   pure subroutine move_nodes(loads, motion, local_damping, dt, damping_force, state)
+   pure subroutine move_nodes(loads, motion, local_damping, dt, state)
       type(loads_t), intent(in) :: loads
       !> Prescribed velocities act times this: 1 or a smooth profile while the stage moves, 0 while it rests
       real(wp), intent(in) :: motion
@@ -23,8 +23,6 @@ contains
       real(wp), intent(in) :: local_damping
       !> Step [s]
       real(wp), intent(in) :: dt
-      !> Viscous nodal forces (2, nodes) [N per m]; size zero without viscous damping
-      real(wp), contiguous, intent(in) :: damping_force(:, :)
       type(state_t), intent(inout) :: state
       real(wp), dimension(2, block_size) :: viscous, mass, free
       real(wp) :: work(5)
@@ -35,7 +33,7 @@ contains
       do first = 1, size(state%mass), block_size
          last = min(first + block_size - 1, size(state%mass))
          m = last - first + 1
-         if (size(damping_force, 2) > 0) viscous(:, :m) = damping_force(:, first:last)
+         if (size(state%damping, 2) > 0) viscous(:, :m) = state%damping(:, first:last)
          do i = 1, 2
             mass(i, :m) = state%mass(first:last)
          end do

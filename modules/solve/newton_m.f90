@@ -8,24 +8,22 @@ module newton_m
    use kinds_m, only: wp, i8
    use scene_m, only: scene_t
    use state_m, only: state_t
-   use solid_m, only: solid_forces
    use solid_tangent_m, only: triangle_tangent
    use bond_m, only: bond_tangent
-   use bonds_m, only: hold_together, is_closed
-   use wall_contact_m, only: find_overlaps, add_wall_forces, points_of_joints
-   use corners_m, only: add_corner_forces, corner_tangent, corner_nodes
-   use joints_m, only: couple_walls
+   use bonds_m, only: is_closed
+   use wall_contact_m, only: find_overlaps, points_of_joints
+   use corners_m, only: corner_tangent, corner_nodes
+   use forces_m, only: net_force
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
-   use loads_m, only: nodal_loads
    use motion_m, only: unbalanced_ratio
    use sparse_system_m, only: sparse_system_t, build_system, add_block, gather, scatter
    use mumps_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
-   use increment_m, only: increment_t
+   use increment_m, only: increment_t, forces_from_start
    implicit none
    private
 
-   public :: start_increment_at, lay_out, equilibrate, evaluate, go_back, free_norm
+   public :: start_increment_at, lay_out, equilibrate, evaluate, free_norm
 
    !> What Newton's method remembers from one increment to the next
    type, public :: newton_t
@@ -80,30 +78,19 @@ contains
 
       increment%start = state
       increment%level = level
-      if (scene%can_break) increment%bond = scene%bonds%point
       if (size(scene%joints%length) > 0) increment%longest = longest_correction*minval(scene%joints%length) &
                                                              + duration*maxval(abs(scene%loads%velocity))
    end subroutine start_increment_at
 
-   !> Back to the start of an increment.
-   subroutine go_back(scene, increment, state)
-      type(scene_t), intent(inout) :: scene
-      type(newton_increment_t), intent(in) :: increment
-      type(state_t), intent(inout) :: state
-
-      state = increment%start
-      if (scene%can_break) scene%bonds%point = increment%bond
-   end subroutine go_back
-
    !> Number the unknowns and lay out the matrix for where the walls are now.
    subroutine lay_out(self, scene, state)
       class(newton_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(state_t), intent(inout) :: state
       integer :: status
 
       call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
-      call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene), scene%joints, scene%walls, &
+      call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene, state), scene%joints, scene%walls, &
                         state%walls, scene%corners, self%system)
       self%lu%max_memory = scene%deck%implicit%max_memory
       call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
@@ -115,23 +102,25 @@ contains
    end subroutine lay_out
 
    !> Nodes of the bonds that have a part in the matrix: those that hold or press, and can open (4, bonds).
-   pure function bonds_in_matrix(scene) result(node)
+   pure function bonds_in_matrix(scene, state) result(node)
       type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
       integer, allocatable :: node(:, :)
       integer :: b
 
       allocate (node(4, 0))
       if (.not. scene%can_break) return
-      node = scene%bonds%node(:, pack([(b, b=1, size(scene%bonds%active))], has_stiffness(scene)))
+      node = scene%bonds%node(:, pack([(b, b=1, size(state%bonds%active))], has_stiffness(scene, state)))
    end function bonds_in_matrix
 
    !> Does a bond hold or press, and can it open? (bonds)
-   pure function has_stiffness(scene) result(has)
+   pure function has_stiffness(scene, state) result(has)
       type(scene_t), intent(in) :: scene
-      logical :: has(size(scene%bonds%active))
+      type(state_t), intent(in) :: state
+      logical :: has(size(state%bonds%active))
       integer :: b
 
-      has = [(scene%bonds%active(b) .and. .not. is_closed(scene%bonds%node(:, b)), b=1, size(has))]
+      has = [(state%bonds%active(b) .and. .not. is_closed(scene%bonds%node(:, b)), b=1, size(has))]
    end function has_stiffness
 
    !> Norm of the unbalanced forces [N per m of thickness].
@@ -145,7 +134,7 @@ contains
    !> Newton's method from the first guess in state%u, whose forces are known.
    subroutine equilibrate(self, scene, increment, tolerance, state, iterations, converged)
       class(newton_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(newton_increment_t), intent(in) :: increment
       !> Unbalanced force ratio
       real(wp), intent(in) :: tolerance
@@ -214,7 +203,7 @@ contains
    !> try. Without success the state is where it was.
    subroutine search_line(self, scene, increment, step, fresh, state, residual, unbalanced)
       class(newton_t), intent(in) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(newton_increment_t), intent(in) :: increment
       !> Step in, the part of it that was taken out (unknowns) [m]
       real(wp), intent(inout) :: step(:)
@@ -252,7 +241,7 @@ contains
    !> Assemble and factor the matrix of the present state, on a new pattern where walls have slid out of the old one.
    subroutine renew_matrix(self, scene, increment, state, residual, regular)
       class(newton_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       !> Unbalanced force (unknowns)
@@ -328,15 +317,15 @@ contains
       type(state_t), intent(in) :: state
       type(sparse_system_t), intent(inout) :: system
       logical, intent(inout) :: outside
-      logical :: has(size(scene%bonds%active))
+      logical :: has(size(state%bonds%active))
       integer :: b
 
-      has = has_stiffness(scene)
+      has = has_stiffness(scene, state)
       do b = 1, size(has)
          if (.not. has(b)) cycle
          associate (bonds => scene%bonds, node => scene%bonds%node(:, b))
             call add_block(system, node, bond_tangent(bonds%length(b), bonds%law(b), bonds%shift(:, :, b), &
-                                                      scene%split%x(:, node), state%u(:, node), increment%bond(:, b), &
+                                                      scene%split%x(:, node), state%u(:, node), increment%start%bonds%point(:, b), &
                                                       softens=increment%softens), outside)
          end associate
       end do
@@ -397,41 +386,21 @@ contains
 
    !> Forces and joints at the displacement state%u, the joints updated from the start of the increment in one step.
    subroutine evaluate(scene, increment, state)
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
+      logical :: searched
 
-      call nodal_loads(scene%loads, scene%split%x, state%u, increment%level, state%load)
-      state%solid = 0.0_wp
-      call solid_forces(scene%solid, state%u, state%solid)
-      if (scene%can_break) then
-         scene%bonds%point = increment%bond
-         call hold_together(scene%bonds, scene%split%x, state%u, state%solid)
+      ! Walls walk to what they face now from where they were, not from where the last iteration took them
+      if (scene%has_walls) then
+         state%walls%facing = increment%start%walls%facing
+         state%walls%reached = increment%start%walls%reached
       end if
+      call forces_from_start(scene, increment, increment%level, state, searched)
       if (increment%drag > 0.0_wp) then
          where (.not. scene%loads%fixed) state%solid = state%solid - increment%drag*spread(scene%rock_stiffness, 1, 2)* &
                                                        (state%u - increment%start%u)
       end if
-      if (.not. scene%has_walls) return
-      ! Walls walk to what they face now from where they were, not from where the last iteration took them
-      state%walls%facing = increment%start%walls%facing
-      state%walls%reached = increment%start%walls%reached
-      call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
-      state%joint = increment%start%joint
-      call couple_walls(scene%joints, scene%walls, state%walls, scene%solid, scene%split%x, state%u, state%v, &
-                        state%tractions, state%joint, state%opening, state%aperture)
-      state%normal = 0.0_wp
-      state%friction = 0.0_wp
-      call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
-      call add_corner_forces(scene%corners, state%corners, state%u, state%normal)
    end subroutine evaluate
-
-   !> Sum of all nodal forces (2, nodes) [N per m of thickness].
-   pure function net_force(state) result(force)
-      type(state_t), intent(in) :: state
-      real(wp) :: force(2, size(state%u, 2))
-
-      force = state%solid + state%normal + state%friction + state%load
-   end function net_force
 
 end module newton_m

@@ -12,10 +12,11 @@ module recut_m
    use joint_point_m, only: joint_point_t
    use joints_m, only: joints_t, init_joints, add_joints
    use wall_contact_m, only: init_meeting
-   use corners_m, only: corners_t, corner_choices_t, init_choices, keep_choices
-   use contact_m, only: contact_t
+   use corners_m, only: corners_t, corner_choices_t, keep_choices
+   use contact_m, only: contact_t, contact_state_t
    use loads_m, only: init_loads
-   use scene_m, only: scene_t, build_nodes, build_walls, build_contact, begin_stage, law_of, lend_stiffness
+   use scene_m, only: scene_t, build_nodes, build_walls, build_contact, start_contact, &
+                      first_friction, begin_stage, law_of, lend_stiffness
    use state_m, only: state_t
    implicit none
    private
@@ -46,8 +47,8 @@ contains
       ! What mass scaling has added stays, shared out like the rock: no momentum and no kinetic energy comes or goes
       state%mass = added(parent)*scene%mass
       call join_joints(scene, state)
-      call join_bonds(scene, edge)
-      call renew_loads(scene)
+      call join_bonds(scene, edge, state)
+      call renew_loads(scene, state)
       call renew_contact(scene, parent, state)
    end subroutine recut
 
@@ -62,6 +63,7 @@ contains
       state%load = state%load(:, parent)
       state%normal = 0.0_wp*state%normal(:, parent)
       state%friction = 0.0_wp*state%friction(:, parent)
+      if (size(state%damping, 2) > 0) state%damping = 0.0_wp*state%damping(:, parent)
    end subroutine follow_parents
 
    !> Joint elements of the new cuts, at rest, and the new nodes of the old ones.
@@ -97,9 +99,10 @@ contains
    end subroutine join_joints
 
    !> Bonds of the new cuts; the law of each crack for the time when its bond has parted.
-   subroutine join_bonds(scene, edge)
+   subroutine join_bonds(scene, edge, state)
       type(scene_t), intent(inout) :: scene
       integer, intent(in) :: edge(:)
+      type(state_t), intent(inout) :: state
       type(cohesive_t) :: law(size(edge))
       integer :: setting(size(edge)), i, first, j
 
@@ -108,7 +111,7 @@ contains
          setting(i) = scene%breakable(edge(i))
          law(i) = rock_law(scene, first + i, setting(i))
       end do
-      call add_bonds(scene%bonds, scene%joints%length(first + 1:), law, setting)
+      call add_bonds(scene%bonds, state%bonds, scene%joints%length(first + 1:), law, setting)
       scene%bonds%node = scene%split%joint(:, scene%bonds%fractures + 1:)
       do i = 1, size(edge)
          j = first + i
@@ -159,14 +162,15 @@ contains
    end function crack_law
 
    !> Loads and prescribed motion at the nodes of the new mesh, in the stage that is on; also when fluid gets into cracks.
-   subroutine renew_loads(scene)
+   subroutine renew_loads(scene, state)
       type(scene_t), intent(inout) :: scene
+      type(state_t), intent(inout) :: state
       integer :: stage
 
       stage = scene%stage
       call init_loads(scene%split, scene%deck%boundary, scene%loads, every_time=.not. scene%deck%plan%skip_loads)
-      if (stage > 1) call begin_stage(scene, stage - 1)
-      if (stage > 0) call begin_stage(scene, stage)
+      if (stage > 1) call begin_stage(scene, stage - 1, state)
+      if (stage > 0) call begin_stage(scene, stage, state)
    end subroutine renew_loads
 
    !> Wall contact and general contact after cuts, or after bonds have parted; they go on as they were.
@@ -177,6 +181,7 @@ contains
       type(corners_t) :: corners
       type(corner_choices_t) :: choices
       type(contact_t) :: contact
+      type(contact_state_t) :: touching
       integer, allocatable :: edge(:), facing(:, :)
       real(wp), allocatable :: reached(:, :)
       integer :: w
@@ -203,9 +208,15 @@ contains
       end do
       had_contact = scene%has_contact
       if (had_contact) contact = scene%contact
+      if (had_contact) touching = state%contact
       edge = scene%exposed_edge
       call build_contact(scene)
-      if (had_contact) call scene%contact%carry_on(contact, edge, scene%exposed_edge, parent, scene%exposed, state%u)
+      state%surface_friction = first_friction(scene)
+      if (had_contact) then
+         call scene%contact%carry_on(contact, touching, edge, scene%exposed_edge, parent, scene%exposed, state%u, state%contact)
+      else if (scene%has_contact) then
+         call scene%contact%start(state%contact)
+      end if
    end subroutine renew_contact
 
    !> Wall contact of a run that goes on from a checkpoint, and general contact that does not remember anything yet.
@@ -218,11 +229,10 @@ contains
       type(state_t), intent(inout) :: state
 
       call build_walls(scene)
-      call init_choices(scene%corners, state%corners)
-      call init_meeting(scene%walls, state%walls)
+      call build_contact(scene)
+      call start_contact(scene, state)
       state%walls%facing = facing
       state%walls%reached = reached
-      call build_contact(scene)
    end subroutine restore_walls
 
 end module recut_m

@@ -89,7 +89,7 @@ contains
 
    !> Follow an increment until it is at rest, and book its work.
    subroutine come_to_rest(scene, stage, cycle, increment, level, duration, state, report, errors)
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       integer, intent(in) :: stage, cycle
       type(increment_t), intent(in) :: increment
       !> Loads at its start, 0 to 1 over the stage
@@ -171,7 +171,7 @@ contains
    !> First guess: the free nodes go on as in the last increment, prescribed displacements and loads come on at once. Where
    !> that is far from balance, nodes stand still and the increment comes on over a ramp.
    subroutine guess(scene, increment, duration, state, ramp)
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(increment_t), intent(in) :: increment
       real(wp), intent(in) :: duration
       type(state_t), intent(inout) :: state
@@ -199,7 +199,7 @@ contains
 
    !> Fictitious masses for which a step of 1 is stable at the present stiffness. While an increment lasts they only grow.
    subroutine find_masses(scene, anew, state, mass)
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       logical, intent(in) :: anew
       type(state_t), intent(inout) :: state
       !> (nodes) [N/m per m of thickness]

@@ -2,7 +2,7 @@
 !> mesh, and walls, corners, bonds, contact springs and joints remember where they are. Motion and the joints' laws are in state_m.
 module scene_m
    use kinds_m, only: wp
-   use constants_m, only: is_set, radians, megapascal, millimetre, megapascal_per_millimetre
+   use constants_m, only: is_set, unset, radians, megapascal, millimetre, megapascal_per_millimetre
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
    use union_find_m, only: each_alone, join, representatives
@@ -52,27 +52,21 @@ module scene_m
       type(contact_t) :: contact
       !> Nodes that contact can push: all of the triangles with a node on a surface
       integer, allocatable :: touching(:)
-      !> Friction coefficient of every surface edge in potential contact (surface edges)
-      real(wp), allocatable :: friction(:)
       type(loads_t) :: loads
       !> True nodal mass (nodes) [kg per m] and weight (2, nodes) [N per m]
       real(wp), allocatable :: mass(:), weight(:, :)
       !> Row sums of stiffness and damping of the rock (nodes) [N/m, N s/m per m]
       real(wp), allocatable :: rock_stiffness(:), rock_damping(:)
-      !> Viscous nodal forces (2, nodes); size zero without viscous damping
-      real(wp), allocatable :: damping_force(:, :)
       !> Cundall's local damping (0: none)
       real(wp) :: local_damping = 0.0_wp
       !> What the scene needs
-      logical :: has_walls = .false., has_contact = .false., has_potential_joints = .false., can_break = .false.
+      logical :: has_damping = .false., has_walls = .false., has_contact = .false., has_potential_joints = .false., &
+                 can_break = .false.
       !> Index of the deck's &fracture group of each edge of the mesh as read, 0 where it cannot break (edges)
       integer, allocatable :: breakable(:)
       !> Are edges still to be cut where the stress asks for it? Steps between two looks at cracks
       logical :: is_adaptive = .false.
       integer :: check_every = 1
-      !> Forces that new cracks let go of smoothly (2, nodes) [N per m], from when and for how long [s]
-      real(wp), allocatable :: release(:, :)
-      real(wp) :: release_start = 0.0_wp, release_time = 0.0_wp
       !> Number of the stage
       integer :: stage = 0
    contains
@@ -81,7 +75,8 @@ module scene_m
       procedure :: rest_tolerance
    end type scene_t
 
-   public :: build_scene, begin_stage, build_nodes, build_walls, build_contact, law_of, lend_stiffness, material_of
+   public :: build_scene, begin_stage, build_nodes, build_walls, build_contact, start_contact, first_friction, law_of, &
+             lend_stiffness, material_of
 
 contains
 
@@ -114,9 +109,8 @@ contains
       call build_joints(scene, log)
       call build_contact(scene)
       call init_loads(scene%split, deck%boundary, scene%loads, every_time=.not. deck%plan%skip_loads)
-      call init_state(scene%mass, size(scene%split%joint, 2), state)
-      call init_meeting(scene%walls, state%walls)
-      call init_choices(scene%corners, state%corners)
+      call init_state(scene%mass, size(scene%split%joint, 2), scene%has_damping, state)
+      call start_contact(scene, state)
       call start_moving(scene, state)
    end subroutine build_scene
 
@@ -151,8 +145,7 @@ contains
 
       nodes = size(scene%split%x, 2)
       scene%solid%node = scene%split%triangle
-      if (allocated(scene%mass)) deallocate (scene%mass, scene%weight, scene%rock_stiffness, scene%rock_damping, &
-                                             scene%damping_force)
+      if (allocated(scene%mass)) deallocate (scene%mass, scene%weight, scene%rock_stiffness, scene%rock_damping)
       allocate (scene%mass(nodes), scene%weight(2, nodes))
       call lumped_mass(scene%solid, scene%mass)
       do gravity_axis = 1, 2
@@ -160,13 +153,9 @@ contains
       end do
       allocate (scene%rock_stiffness(nodes), scene%rock_damping(nodes), source=0.0_wp)
       call solid_stiffness_bound(scene%solid, scene%rock_stiffness)
-      if (scene%solver == solver_explicit .and. &
-          (scene%deck%explicit%damping == 'viscous' .or. .not. scene%deck%plan%skip_viscosity)) then
-         call solid_damping_bound(scene%solid, scene%rock_damping)
-         allocate (scene%damping_force(2, nodes), source=0.0_wp)
-      else
-         allocate (scene%damping_force(2, 0))
-      end if
+      scene%has_damping = scene%solver == solver_explicit .and. &
+                          (scene%deck%explicit%damping == 'viscous' .or. .not. scene%deck%plan%skip_viscosity)
+      if (scene%has_damping) call solid_damping_bound(scene%solid, scene%rock_damping)
    end subroutine build_nodes
 
    !> Index of the deck's material of a triangle.
@@ -258,15 +247,33 @@ contains
          walked = surfaces_walked(scene%walls, scene%split)
          call scene%contact%init(scene%exposed, penalty, walked(scene%exposed_edge), options, held_together(scene))
          scene%has_contact = scene%contact%possible
-         if (allocated(scene%friction)) deallocate (scene%friction)
-         allocate (scene%friction(size(scene%exposed_edge)), source=tan(settings%friction_angle*radians))
-         do e = 1, size(scene%friction)
-            associate (crack => scene%exposed%surface_joint(e) - scene%bonds%fractures)
-               if (scene%can_break .and. crack > 0) scene%friction(e) = scene%bonds%law(crack)%residual
-            end associate
-         end do
       end associate
    end subroutine build_contact
+
+   !> Friction coefficient of the surfaces in the general contact before any motion (surface edges).
+   function first_friction(scene) result(friction)
+      type(scene_t), intent(in) :: scene
+      real(wp), allocatable :: friction(:)
+      integer :: e
+
+      allocate (friction(size(scene%exposed_edge)), source=tan(scene%deck%contact%friction_angle*radians))
+      do e = 1, size(friction)
+         associate (crack => scene%exposed%surface_joint(e) - scene%bonds%fractures)
+            if (scene%can_break .and. crack > 0) friction(e) = scene%bonds%law(crack)%residual
+         end associate
+      end do
+   end function first_friction
+
+   !> Walls and surfaces that have not felt anything yet.
+   subroutine start_contact(scene, state)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
+
+      call init_meeting(scene%walls, state%walls)
+      call init_choices(scene%corners, state%corners)
+      if (scene%has_contact) call scene%contact%start(state%contact)
+      state%surface_friction = first_friction(scene)
+   end subroutine start_contact
 
    !> Leave out the surface edges that a bond holds.
    subroutine expose(scene)
@@ -488,25 +495,28 @@ contains
    end subroutine start_moving
 
    !> Compile the boundary conditions of a stage.
-   subroutine begin_stage(scene, stage)
+   subroutine begin_stage(scene, stage, state)
       type(scene_t), intent(inout) :: scene
       !> Number of the stage
       integer, intent(in) :: stage
+      type(state_t), intent(inout) :: state
 
       scene%stage = stage
       call start_stage(scene%split, scene%deck%boundary, scene%deck%stage%name, stage, scene%weight, scene%loads)
-      call add_pore_pressure(scene%split, scene%deck%pore_pressure, scene%deck%stage%name, stage, filled(scene), scene%loads)
+      call add_pore_pressure(scene%split, scene%deck%pore_pressure, scene%deck%stage%name, stage, filled(scene, state), scene%loads)
       ! Weight that is not ramped is there from the very start
       if (stage == 1 .and. .not. scene%deck%gravity%ramped) scene%loads%dead_start = scene%weight
+      state%load_level = unset
    end subroutine begin_stage
 
    !> Can fluid be between the walls of a joint element? On fractures, and in cracks that have broken (joints).
-   pure function filled(scene)
+   pure function filled(scene, state)
       type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
       logical :: filled(size(scene%split%joint, 2))
 
       filled = .true.
-      if (scene%can_break) filled(scene%bonds%fractures + 1:) = scene%bonds%broken
+      if (scene%can_break) filled(scene%bonds%fractures + 1:) = state%bonds%broken
    end function filled
 
    !> Does the rest of a stage end at equilibrium rather than at a given time?

@@ -29,7 +29,7 @@ contains
    !> Step for the present state [s]: what the deck gives, else the stable step times the safety factor; with mass scaling
    !> the scaled step, after raising the masses that need it.
    real(wp) function stable_step(scene, state) result(step)
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(state_t), intent(inout) :: state
       real(wp) :: stiffness(size(state%mass))
 
@@ -88,7 +88,7 @@ contains
 
    !> A step given in the deck must be stable at the start of a stage.
    subroutine check_given_step(scene, stage, state, errors)
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       !> Stage that starts
       integer, intent(in) :: stage
       type(state_t), intent(inout) :: state
@@ -108,7 +108,7 @@ contains
 
    !> Nodal bounds of the stiffness of rock, joints and contact at the present state (nodes) [N/m per m of thickness].
    subroutine stiffness_bound(scene, state, bound)
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: bound(:)
 
@@ -122,8 +122,8 @@ contains
                                    state%tractions%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
          call corner_stiffness_bound(scene%corners, state%corners, bound)
       end if
-      if (scene%has_contact) call scene%contact%add_stiffness(bound)
-      if (scene%can_break) call bonds_stiffness_bound(scene%bonds, bound)
+      if (scene%has_contact) call scene%contact%add_stiffness(state%contact, bound)
+      if (scene%can_break) call bonds_stiffness_bound(scene%bonds, state%bonds, bound)
       ! Local damping adds its part of the force to it while that acts against the motion
       bound = (1.0_wp + scene%local_damping)*bound
    end subroutine stiffness_bound

@@ -1,9 +1,12 @@
 !> What changes during a run: motion, forces, joints and the energy account.
 module state_m
    use kinds_m, only: wp, i8
+   use constants_m, only: unset
    use joint_point_m, only: joint_point_t
    use wall_contact_m, only: wall_meeting_t
    use corners_m, only: corner_choices_t
+   use contact_m, only: contact_state_t
+   use bonds_m, only: bond_memory_t
    use joints_m, only: tractions_t, init_tractions
    implicit none
    private
@@ -44,30 +47,55 @@ module state_m
       type(wall_meeting_t) :: walls
       type(tractions_t) :: tractions
       type(corner_choices_t) :: corners
+      !> Contact between other surfaces, and friction coefficient of every surface edge in it (surface edges)
+      type(contact_state_t) :: contact
+      real(wp), allocatable :: surface_friction(:)
+      !> Bonds that hold rock together that may break
+      type(bond_memory_t) :: bonds
+      !> Forces that new cracks let go of smoothly (2, nodes) [N per m], from when and for how long [s]
+      real(wp), allocatable :: release(:, :)
+      real(wp) :: release_start = 0.0_wp, release_time = 0.0_wp
+      !> Viscous nodal forces (2, nodes) [N per m]; size zero without viscous damping
+      real(wp), allocatable :: damping(:, :)
+      !> Level that the nodal loads were found for last (unset: not yet)
+      real(wp) :: load_level = unset
       type(energy_t) :: energy
    end type state_t
 
-   public :: init_state, kinetic_energy
+   public :: init_state, laws_go_back, kinetic_energy
 
 contains
 
    !> Everything at rest and unstrained.
-   subroutine init_state(mass, joints, state)
+   subroutine init_state(mass, joints, damped, state)
       !> Nodal mass (nodes) [kg per m]
       real(wp), intent(in) :: mass(:)
       !> Number of joint elements
       integer, intent(in) :: joints
+      !> Is there viscous damping?
+      logical, intent(in) :: damped
       type(state_t), intent(out) :: state
       integer :: n
 
       n = size(mass)
       state%mass = mass
       allocate (state%u(2, n), state%v(2, n), state%solid(2, n), state%normal(2, n), state%friction(2, n), &
-                state%load(2, n), source=0.0_wp)
+                state%load(2, n), state%damping(2, merge(n, 0, damped)), source=0.0_wp)
       allocate (state%joint(joints))
       call init_tractions(joints, state%tractions)
       allocate (state%opening(joints), state%aperture(joints), source=0.0_wp)
    end subroutine init_state
+
+   !> Let joints, bonds and friction springs remember what they did in another state of the same mesh. All else stays: motion,
+   !> forces, and where contact is looked for.
+   pure subroutine laws_go_back(start, state)
+      type(state_t), intent(in) :: start
+      type(state_t), intent(inout) :: state
+
+      state%joint = start%joint
+      if (allocated(start%bonds%point)) state%bonds%point = start%bonds%point
+      if (allocated(start%contact%normal)) state%contact%springs = start%contact%springs
+   end subroutine laws_go_back
 
    !> Energy of motion [J per m of thickness].
    pure real(wp) function kinetic_energy(mass, v)

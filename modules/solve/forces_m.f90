@@ -1,0 +1,115 @@
+!> The forces of every solver, found in one place: loads, rock, bonds, viscosity, walls with their corners, other surfaces.
+module forces_m
+   use kinds_m, only: wp
+   use scene_m, only: scene_t
+   use solver_choice_m, only: solver_implicit
+   use state_m, only: state_t
+   use solid_m, only: solid_forces, viscous_forces
+   use wall_contact_m, only: find_overlaps, add_wall_forces
+   use corners_m, only: add_corner_forces
+   use contact_m, only: contact_energy_t
+   use joints_m, only: couple_walls, couple_potential
+   use loads_m, only: nodal_loads
+   use bonds_m, only: hold_together
+   use cracks_m, only: release_factor
+   implicit none
+   private
+
+   public :: find_forces, net_force
+
+contains
+
+   !> All nodal forces at the current displacement, joints and bonds taken there in one step from what they remember. The terms
+   !> are added in the order loads, rock, bonds, viscosity, walls, other surfaces; those that a scene does not need are not there.
+   subroutine find_forces(scene, level, state, searched)
+      type(scene_t), intent(in) :: scene
+      !> Loads: 0 at the start of the stage, 1 at its end
+      real(wp), intent(in) :: level
+      type(state_t), intent(inout) :: state
+      !> Has contact found new pairs, so that the stable step has to be looked at again?
+      logical, intent(out) :: searched
+      !> Does contact of other surfaces act? Not in the equations of the implicit solver, which measures it
+      logical :: others
+
+      searched = .false.
+      call nodal_loads(scene%loads, scene%split%x, state%u, level, state%load_level, state%load)
+      call clear(state%solid)
+      call solid_forces(scene%solid, state%u, state%solid)
+      if (scene%can_break) then
+         call hold_together(scene%bonds, scene%split%x, state%u, state%bonds, state%solid)
+         if (release_factor(state) > 0.0_wp) &
+            state%solid = state%solid + release_factor(state)*state%release
+      end if
+      if (size(state%damping, 2) > 0) then
+         call clear(state%damping)
+         call viscous_forces(scene%solid, state%u, state%v, state%damping)
+      end if
+      others = scene%has_contact .and. scene%solver /= solver_implicit
+      if (scene%has_walls .or. others) then
+         call clear_at(scene%touching, state%normal)
+         call clear_at(scene%touching, state%friction)
+      end if
+      if (scene%has_walls) then
+         call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
+         call couple_walls(scene%joints, scene%walls, state%walls, scene%solid, scene%split%x, state%u, state%v, &
+                           state%tractions, state%joint, state%opening, state%aperture)
+         call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
+         call add_corner_forces(scene%corners, state%corners, state%u, state%normal)
+      end if
+      if (others) call find_contact_forces(scene, state, searched)
+   end subroutine find_forces
+
+   !> No force yet: contiguous, so that the compiler clears whole lines of memory.
+   pure subroutine clear(force)
+      real(wp), contiguous, intent(out) :: force(:, :)
+
+      force = 0.0_wp
+   end subroutine clear
+
+   !> No force yet at some nodes.
+   pure subroutine clear_at(node, force)
+      integer, intent(in) :: node(:)
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      integer :: i
+
+      do i = 1, size(node)
+         force(:, node(i)) = 0.0_wp
+      end do
+   end subroutine clear_at
+
+   !> Forces between surfaces that meet, with a new search when something has moved half the skin.
+   subroutine find_contact_forces(scene, state, searched)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
+      logical, intent(out) :: searched
+      type(contact_energy_t) :: energy
+      real(wp) :: normal(size(state%joint)), shear(size(state%joint))
+      integer :: e
+
+      searched = scene%contact%needs_search(state%contact, state%u)
+      if (searched) call scene%contact%search(scene%exposed, state%u, state%contact)
+      if (scene%has_potential_joints) then
+         call scene%contact%joint_tractions(state%contact, scene%exposed, normal, shear)
+         call couple_potential(scene%joints, scene%solid, scene%split%x, state%u, normal, shear, state%tractions, &
+                               state%joint, state%opening, state%aperture)
+         do e = 1, size(state%surface_friction)
+            associate (j => scene%exposed%surface_joint(e))
+               if (j == 0) cycle
+               ! Walls in wall contact have their own friction, and that of surfaces where they meet others
+               if (.not. scene%joints%wall_handled(j)) state%surface_friction(e) = state%joint(j)%mu_mob              ! (33)
+            end associate
+         end do
+      end if
+      call scene%contact%forces(scene%exposed, state%u, state%v, state%surface_friction, state%contact, state%normal, &
+                                state%friction, energy)
+   end subroutine find_contact_forces
+
+   !> Sum of all nodal forces but viscous ones (2, nodes) [N per m of thickness].
+   pure function net_force(state) result(force)
+      type(state_t), intent(in) :: state
+      real(wp) :: force(2, size(state%u, 2))
+
+      force = state%solid + state%normal + state%friction + state%load
+   end function net_force
+
+end module forces_m
