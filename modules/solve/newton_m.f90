@@ -17,6 +17,7 @@ module newton_m
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use motion_m, only: unbalanced_ratio
    use sparse_system_m, only: sparse_system_t, build_system, add_block, gather, scatter
+   use elimination_m, only: dissection, large
    use mumps_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
    use increment_m, only: increment_t, forces_from_start
@@ -32,6 +33,8 @@ module newton_m
       type(anderson_t) :: past
       !> Does the matrix belong to the present pattern?
       logical :: factored = .false.
+      !> Are unknowns eliminated in the order of nested dissection?
+      logical :: dissected = .false.
       !> What the linear solver failed of: no iteration can go on
       character(len=:), allocatable :: failure
       !> Are there bodies that only weak springs hold?
@@ -87,13 +90,21 @@ contains
       class(newton_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(state_t), intent(inout) :: state
+      integer, allocatable :: place(:)
       integer :: status
 
       call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
       call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene, state), scene%joints, scene%walls, &
                         state%walls, scene%corners, self%system)
       self%lu%max_memory = scene%deck%implicit%max_memory
-      call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
+      allocate (place(0))
+      if (self%system%unknowns >= large) place = dissection(self%system)
+      self%dissected = size(place) > 0
+      if (self%dissected) then
+         call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status, place)
+      else
+         call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
+      end if
       ! Where everything is prescribed there is nothing to solve for
       if (status == linear_failed .and. self%system%unknowns > 0) self%failure = self%lu%message()
       self%factored = .false.
