@@ -8,7 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from scene import find_cases, run_case
 
 NETWORK = Path(__file__).resolve().parent.parent / "input" / "network"
