@@ -13,10 +13,11 @@ Installs missing Debian packages, builds the program (build/femdem), then for th
      beside it and the files in its arguments. How is said by a comment line of the deck, a Python script beside the
      deck with its arguments:
          ! mesh: make_mesh.py --length 0.06 --out shear_6cm.msh
+     or a command of the Python package (bin/): ! mesh: femdem-mesh traces.csv --size 0.02 --out traces.msh
   2. runs it; the results go to results/<scene>/<deck>/ where <scene> is the name of the deck's folder
   3. draws its figures into figures/ there and prints their tables of errors, as comment lines of the deck say,
-     a script of postproc/ with its arguments each:
-         ! figure: plot_shear.py --length 0.06
+     a figure of femdem-plot with its arguments each:
+         ! figure: shear --length 0.06
 
 Without a deck it runs the direct shear test of the paper, input/direct_shear/shear_6cm.nml.
 Environment: PYTHON names the Python to use.
@@ -41,8 +42,12 @@ results=$here/results/$scene/$(basename "$deck" .nml)
 
 install_packages "${build_packages[@]}" "${run_packages[@]}"
 choose_python
-say "Building the program (the first time takes a minute or two)"
-build_preset release "$release_directory" || exit 1
+if built "$release_directory"; then
+  say "The program is built from these sources: $release_directory/femdem"
+else
+  say "Building the program (the first time takes a minute or two)"
+  build_preset release "$release_directory" || exit 1
+fi
 
 # The mesh file a deck names (mesh = 'file.msh' in its &run group) and the command that makes it.
 mesh=$(sed -nE "s/^[^!]*\bmesh *= *['\"]([^'\"]+)['\"].*/\1/Ip" "$deck" | head -n 1)
@@ -50,7 +55,8 @@ read -ra mesh_command < <(sed -nE 's/^ *! *mesh: *(.+)$/\1/p' "$deck") || true
 if ((${#mesh_command[@]})); then
   [[ -n $mesh ]] || give_up "the deck has a line '! mesh: ...' but no mesh = 'FILE' in &run on a line of its own"
   say "Mesh: ${mesh_command[*]}"
-  (cd "$folder" && "$PYTHON" "$here/tools/kept.py" "$mesh" "$PYTHON" "${mesh_command[@]}")
+  [[ ${mesh_command[0]} == femdem-mesh ]] && mesh_command=(-m femdem.network.make_mesh "${mesh_command[@]:1}")
+  (cd "$folder" && "$PYTHON" -m femdem.kept "$mesh" "$PYTHON" "${mesh_command[@]}")
 elif [[ -n $mesh && ! -f $folder/$mesh ]]; then
   give_up "the mesh $folder/$mesh is missing, and the deck has no line '! mesh: SCRIPT ...' that says how to make it"
 fi
@@ -61,13 +67,13 @@ say "Running $deck"
 figures=()
 while read -ra figure_command; do
   say "Figure: ${figure_command[*]}"
-  output=$("$PYTHON" "postproc/${figure_command[0]}" "$results" "${figure_command[@]:1}")
+  output=$("$PYTHON" -m femdem plot "${figure_command[0]}" "$results" "${figure_command[@]:1}")
   say "$output"
   while read -r line; do
     [[ $line == *.png ]] && figures+=("$line")
   done <<<"$output"
 done < <(sed -nE 's/^ *! *figure: *(.+)$/\1/p' "$deck")
-((${#figures[@]})) || say "The deck has no line '! figure: SCRIPT ...'; the scripts are in postproc/"
+((${#figures[@]})) || say "The deck has no line '! figure: NAME ...'; bin/femdem-plot --help lists the figures"
 
 say "Results: $results"
 if ((${#figures[@]})) && [[ -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]] && command -v xdg-open >/dev/null; then

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-# Scenes compare with the empirical law of postproc/jcm.py
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
-
 TOP = Path(__file__).resolve().parent.parent
+POSTPROC = str(TOP / "postproc")
+# The Python package is tested as it lies in the project, in this process and in those that tests start
+sys.path.insert(0, POSTPROC)
+os.environ["PYTHONPATH"] = os.pathsep.join([POSTPROC, *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
 def pytest_addoption(parser):

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "postproc"))
-from jcm import Joint
+from femdem.jcm import Joint
 
 DECK = """&run
    title = 'Shear of a {cm:g} cm joint'   ! with a comment

@@ -48,10 +48,10 @@ from shapely.geometry import Point, Polygon
 from shapely.ops import polygonize, unary_union
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "input" / "network"))
-from femdem_results import Results
-from make_mesh import set_option
-from mesh_quality import triangle_edges
+from femdem.network.make_mesh import set_option
+from femdem.network.mesh_quality import triangle_edges
+from femdem.places import environment, module
+from femdem.results import Results
 
 TOP = Path(__file__).resolve().parent.parent
 KINDS = ("T", "X", "Y", "star", "kink")
@@ -403,18 +403,17 @@ def crossing_faults(size=0.045, load=15e6, cycles=5):
 
 
 def network(traces, size, folder):
-    """A map of traces under the stresses of phases I and II-B, its mesh by input/network/make_mesh.py."""
+    """A map of traces under the stresses of phases I and II-B, its mesh by femdem-mesh."""
     out = Path(folder) / "network.msh"
     command = [
-        sys.executable,
-        "make_mesh.py",
+        *module("femdem.network.make_mesh"),
         Path(traces).resolve(),
         "--size",
         str(size),
         "--out",
         out.resolve(),
     ]
-    subprocess.run(command, cwd=TOP / "input" / "network", check=True, capture_output=True)
+    subprocess.run(command, env=environment(), check=True, capture_output=True)
     mesh = read_mesh(out)
     # Variants turn about the origin: any, for coordinates that are multiples of the least distance between numbers
     phases = (("phase_1", (5e6, 5e6, 0.0)), ("phase_2b", (15e6, 5e6, 0.0)))

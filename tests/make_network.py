@@ -4,7 +4,7 @@
     python3 tests/make_network.py --seed 7 --out network.csv
     python3 tests/make_network.py --seed 7 --side 1 --p21 40 --out dense.csv --figure dense.png
 
-input/network/make_traces.py draws the two straight sets of the paper; this one draws what else a map can have: one to four
+femdem-traces draws the two straight sets of the paper; this one draws what else a map can have: one to four
 sets, some at acute angles to each other; lengths by a power law; traces that curve and waver; later traces that end on
 older ones, and others that branch off them at acute angles; ends that stop just short of another trace or just past it;
 places rounded to the micrometre, so that abutments touch only nearly. What is not given on the command line is drawn with
@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "input" / "network"))
-from make_traces import power_law
-from traces import TraceError, Traces, clip, write_traces
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
+from femdem.network.make_traces import power_law
+from femdem.network.traces import TraceError, Traces, clip, write_traces
 
 STEPS = 40  # of a trace along the side of the square
 MOST_TRACES = 100_000  # tried, before giving up

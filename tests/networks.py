@@ -6,7 +6,7 @@
     python3 tests/networks.py --seeds 0:50 --models jcm coulomb --relaxation --timeout 300
 
 Networks are generated (make_network.py) or cut from maps of traces, windows about the middle of each map. Element sizes are
-parts of the side (--sizes). Decks are those of input/network/run_network.py; phases II start from the checkpoint of phase I.
+parts of the side (--sizes). Decks are those of femdem-network; phases II start from the checkpoint of phase I.
 A row of the CSV is a phase of a model on a mesh:
 
     mean_stress_error   largest difference of the area-weighted mean of sxx, syy, sxy in the rock from the stress applied, over
@@ -35,13 +35,13 @@ from types import SimpleNamespace
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "input" / "network"))
-from femdem_results import Results, ResultsError
+from femdem.network.run_network import DECK as PHASE_1_DECK
+from femdem.network.run_network import MESH_NAME, MODELS, PHASES, Stress, deck, template_of
+from femdem.network.traces import TraceError, read_traces, write_traces
+from femdem.places import module
+from femdem.results import Results, ResultsError
 from junctions import LEAST, areas, program
 from make_network import draw_network, recipe_of
-from run_network import HERE as PIPELINE
-from run_network import MESH_NAME, MODELS, PHASES, Stress, deck, template_of
-from traces import TraceError, read_traces, write_traces
 
 PHASE_1 = ("phase_1", Stress(5.0, 5.0))
 COLUMNS = [
@@ -118,8 +118,7 @@ def make_mesh(task, folder, timeout):
         traces = folder / "traces.csv"
         write_traces(traces, draw_network(task.seed, task.side, task.p21)[0])
     command = [
-        sys.executable,
-        PIPELINE / "make_mesh.py",
+        *module("femdem.network.make_mesh"),
         traces,
         "--size",
         task.size,
@@ -168,7 +167,7 @@ def run_task(
         if failed:
             return [{**head, "phase": "mesh", "message": failed}]
         rows, found = [], {}
-        template = template_of(SimpleNamespace(deck=PIPELINE / "phase_1.nml"))
+        template = template_of(SimpleNamespace(deck=PHASE_1_DECK))
         solvers = ("implicit", "relaxation") if relaxation else ("implicit",)
         for model in models:
             for solver in solvers:

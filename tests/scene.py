@@ -113,11 +113,18 @@ def run_case(case, femdem, workspace):
     for source in [TOP / name for name in case.sources] + [case.folder]:
         shutil.copytree(source, folder, dirs_exist_ok=True)
     if case.mesh:
-        run_command([sys.executable, *case.mesh], folder, case.timeout, expected_status=0)
+        run_command(mesh_command(case.mesh), folder, case.timeout, expected_status=0)
     results = folder / "results"
     command = [femdem, *case.arguments, "--output", results, case.deck]
     run_command(command, folder, case.timeout, expected_status=case.status)
     return results
+
+
+def mesh_command(words):
+    """A script of the scene, or a command of the Python package: femdem-mesh ..."""
+    if words[0].startswith("femdem-"):
+        return [sys.executable, "-m", "femdem", words[0].removeprefix("femdem-"), *words[1:]]
+    return [sys.executable, *words]
 
 
 def run_command(command, folder, timeout, expected_status):

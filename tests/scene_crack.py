@@ -21,11 +21,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from femdem_results import Results
-from scene_motion import changed_deck, run_deck
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tools"))
-from kept import make
+from femdem.kept import make
+from femdem.results import Results
+from scene_motion import changed_deck, run_deck
 
 TERMS = 400
 TRIALS = 100

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
-from femdem_results import Results
+from femdem.results import Results
 
 
 class Motion:

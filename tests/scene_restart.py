@@ -6,7 +6,8 @@ import time
 from pathlib import Path
 
 import numpy as np
-from femdem_results import Results
+
+from femdem.results import Results
 
 
 def rows(path):

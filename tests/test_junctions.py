@@ -5,9 +5,10 @@ tests/junctions.py has the scenes, says how differences and overlaps are measure
 
 import itertools
 
-import junctions
 import numpy as np
 import pytest
+
+import junctions
 from scene import TOP
 
 MAP = TOP / "input" / "network" / "two_sets.csv"

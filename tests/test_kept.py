@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-TOP = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(TOP / "tools"))
+from femdem.kept import Kept, ingredients_of, make, text_fingerprint, with_modules
 
-from kept import Kept, ingredients_of, make, text_fingerprint, with_modules  # noqa: E402
+TOP = Path(__file__).resolve().parent.parent
 
 pytestmark = [pytest.mark.fast, pytest.mark.tools]
 
@@ -107,16 +106,17 @@ def test_a_directory_is_known_by_its_proof(tmp_path):
 
 
 def test_modules_of_the_mesh_script_are_found():
-    names = {path.name for path in with_modules(TOP / "input" / "network" / "make_mesh.py")}
+    script = TOP / "postproc" / "femdem" / "network" / "make_mesh.py"
+    names = {path.name for path in with_modules(script)}
     assert {"make_mesh.py", "cleaning.py", "planar_graph.py", "traces.py", "mesh_quality.py"} <= names
     assert {"two_sets.csv", "traces.py"} <= set(
-        ingredients_of(["make_mesh.py", "two_sets.csv"], TOP / "input" / "network")
+        ingredients_of(["-m", "femdem.network.make_mesh", "two_sets.csv"], TOP / "input" / "network")
     )
 
 
 def test_run_sh_asks_what_the_mesh_was_made_from(folder):
     """The line of run.sh that makes the mesh, as it stands there."""
-    line = next(text for text in (TOP / "run.sh").read_text().splitlines() if "kept.py" in text)
+    line = next(text for text in (TOP / "run.sh").read_text().splitlines() if "femdem.kept" in text)
     script = f'folder={folder} here={TOP} mesh=out.msh PYTHON={sys.executable}\nmesh_command=("$@")\n{line}\n'
     said = [
         subprocess.run(

@@ -4,7 +4,8 @@ import csv
 
 import numpy as np
 import pytest
-from femdem_results import Results
+
+from femdem.results import Results
 from test_groups import HELD, JOINT, ROCK, RUN, STAGE, TOP, run, with_top, wrong_meshes
 
 # An outcrop in Finland, and as far as is promised

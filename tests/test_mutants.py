@@ -1,7 +1,8 @@
 """The table of deliberate faults keeps pace with the code: every text is still there once, every folder has a fault."""
 
-import mutants
 import pytest
+
+import mutants
 
 FOLDERS = sorted(path.name for path in (mutants.TOP / "modules").iterdir() if path.is_dir())
 TABLE = mutants.read_table()

@@ -3,7 +3,8 @@
 import csv
 
 import pytest
-from femdem_results import Results
+
+from femdem.results import Results
 from test_groups import HELD, ROCK, RUN, run, with_top, wrong_meshes
 
 ODD = ["a, b", "c; d", '5" e', "it's", "a.shear_displacement_mm"]

@@ -10,19 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from femdem.network import make_mesh, mesh_quality, regions
+from femdem.network.cleaning import Census, clean, traces_of, wedges
+from femdem.network.make_traces import two_sets
+from femdem.network.planar_graph import SIDE_NAMES, crossings, graph_of, knit
+from femdem.network.traces import TraceError, Traces, read_traces, write_traces
+
 TOP = Path(__file__).resolve().parent.parent
 NETWORK = TOP / "input" / "network"
 SHARED = TOP.parent / "shared" / "traces"
-sys.path[:0] = [str(NETWORK), str(TOP / "postproc")]
-
-import make_mesh  # noqa: E402 - the folder of the scripts comes first
-import mesh_quality  # noqa: E402
-import regions  # noqa: E402
-from cleaning import Census, clean, traces_of, wedges  # noqa: E402
-from make_traces import two_sets  # noqa: E402
-from planar_graph import SIDE_NAMES, crossings, graph_of, knit  # noqa: E402
-from traces import TraceError, Traces, read_traces, write_traces  # noqa: E402
-
+MESHER = [sys.executable, "-m", "femdem", "mesh"]
 UNIT = (0.0, 0.0, 1.0, 1.0)  # the window of the hand-drawn cases [m]
 UNIT_SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 SNAP, FEATURE = 1e-3, 1e-2  # their tolerances [m]
@@ -317,7 +314,7 @@ WRONG_REGIONS = {
 def test_wrong_holes_and_zones_are_refused(case, tmp_path):
     (tmp_path / "cross.csv").write_text("x1,y1,x2,y2,trace\n0,0,1,1,0\n0,1,1,0,1\n")
     words, said = WRONG_REGIONS[case]
-    command = [sys.executable, NETWORK / "make_mesh.py", "cross.csv", "--size", "0.05", *words]
+    command = [*MESHER, "cross.csv", "--size", "0.05", *words]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert said in done.stderr
@@ -339,7 +336,7 @@ def test_all_wrong_options_of_the_mesher_are_said_at_once(tmp_path):
         "none.csv",
         "left",
     ]
-    command = [sys.executable, NETWORK / "make_mesh.py", *words]
+    command = [*MESHER, *words]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     for said in (
@@ -363,7 +360,7 @@ def test_lost_length_is_warned_of(tmp_path):
     lost = 1 - coarse.census["cleaned"].length / coarse.census["as read"].length
     assert lost > 0.05
     assert f"warning: cleaning lost {100 * lost:.1f} %" in coarse.text()
-    command = [sys.executable, NETWORK / "make_mesh.py", NETWORK / "two_sets.csv", "--size", "0.09"]
+    command = [*MESHER, NETWORK / "two_sets.csv", "--size", "0.09"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert done.stderr.startswith("warning: cleaning lost")
@@ -387,8 +384,7 @@ BAD = {
 def test_bad_files_are_refused_with_their_reason(case, tmp_path):
     (tmp_path / "bad.csv").write_text(BAD[case][0], encoding="utf-8")
     command = [
-        sys.executable,
-        NETWORK / "make_mesh.py",
+        *MESHER,
         "bad.csv",
         "--size",
         "0.05",
@@ -636,12 +632,12 @@ def test_network_with_holes_and_zones(femdem, tmp_path):
 def test_stress_around_a_hole_is_that_of_the_closed_form(femdem, tmp_path):
     # A hole in a plate under p from all sides (Kirsch): hoop stress p (1 + a^2/r^2). The plate is a square, so larger
     # by some 2 per cent than in an infinite one; constant strain in elements of a tenth of the radius gives as much
-    from femdem_results import Results
+    from femdem.results import Results
 
     radius, size = 0.1, 0.01
     write_traces(tmp_path / "short.csv", drawn([(-0.95, 0.95), (-0.85, 0.95)]))
     words = ["short.csv", "--size", size, "--window", "-1", "-1", "1", "1", "--hole", "0", "0", radius]
-    command = [sys.executable, NETWORK / "make_mesh.py", *map(str, words), "--out", "mesh.msh"]
+    command = [*MESHER, *map(str, words), "--out", "mesh.msh"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
     sides = "".join(f"&boundary group='{side}', sxx=5e6, syy=5e6 /\n" for side in SIDE_NAMES.values())
     deck = deck_text("mesh.msh", ["fractures"]).replace("solver='explicit'", "solver='implicit'").splitlines()

@@ -1,11 +1,12 @@
 """Random networks of any sort, coarse, through phases I and II-B (tests/networks.py runs more, and finer)."""
 
-import networks
 import numpy as np
 import pytest
+
+import networks
+from femdem.network.traces import read_traces, write_traces
 from junctions import program
 from make_network import draw_network
-from traces import read_traces, write_traces
 
 SEEDS = range(20)
 COARSE = 0.06  # element size over the side
@@ -43,7 +44,7 @@ def test_networks_are_as_dense_as_asked_for():
 def test_networks_have_abutments_and_acute_angles():
     from collections import Counter
 
-    from planar_graph import COINCIDENT, graph_of, knit
+    from femdem.network.planar_graph import COINCIDENT, graph_of, knit
 
     abutments = acute = 0
     for seed in range(5):

@@ -16,7 +16,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "postproc"))
 
 import h5py  # noqa: E402
-from femdem_results import Results  # noqa: E402
+
+from femdem.results import Results  # noqa: E402
 
 BUILD = Path(os.environ.get("FEMDEM_BUILD", ROOT / "build"))
 

@@ -4,6 +4,7 @@ import re
 import subprocess
 
 import pytest
+
 from test_groups import HELD, JOINT, ROCK, RUN, TOP, with_top, wrong_meshes
 
 STAGE = "&stage name = 'load', cycles = 2, move_time = {}, equilibrium = 1e-3, max_rest_time = 1 /\n"

@@ -15,7 +15,8 @@ NETWORK = Path(__file__).resolve().parent.parent / "input" / "network"
 sys.path.insert(0, str(NETWORK))
 
 import paper_choices  # noqa: E402 - the folder of the scripts comes first
-from femdem_results import Edges, Results  # noqa: E402
+
+from femdem.results import Edges, Results  # noqa: E402
 
 COARSE = ("--size", "0.15")  # m: a second to run
 # Sums of the block edges in another order than the program's, and its twelve digits
@@ -29,8 +30,7 @@ def folder(tmp_path_factory):
     """A folder with a coarse mesh of the network"""
     made = tmp_path_factory.mktemp("paper_choices")
     command = [
-        sys.executable,
-        NETWORK / "make_mesh.py",
+        *(sys.executable, "-m", "femdem", "mesh"),
         paper_choices.TRACES,
         *COARSE,
         "--out",

@@ -3,7 +3,6 @@
 import contextlib
 import io
 import os
-import runpy
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -15,11 +14,12 @@ import pytest
 os.environ.setdefault("MPLCONFIGDIR", tempfile.gettempdir())
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "postproc"), str(ROOT / "tests")]
+sys.path.insert(0, str(ROOT / "tests"))
 
 from fake_results import NORMAL_STRESS, cast_joint, write_closure, write_network, write_shear  # noqa: E402
-from femdem_results import Results, ResultsError, parse_deck  # noqa: E402
-from jcm import Joint  # noqa: E402
+from femdem.figures import command  # noqa: E402
+from femdem.jcm import Joint  # noqa: E402
+from femdem.results import Results, ResultsError, parse_deck  # noqa: E402
 
 LENGTHS = [0.06, 0.12, 0.18, 0.36]  # m, of the paper's joints
 
@@ -34,20 +34,15 @@ class Done:
 
 
 def script(name, *arguments):
-    """Run a figure script in this process: a new one would spend its time importing matplotlib"""
-    path = ROOT / "postproc" / f"{name}.py"
+    """femdem-plot in this process: a new one would spend its time importing matplotlib"""
     out, err, status = io.StringIO(), io.StringIO(), 0
-    before = sys.argv
-    sys.argv = [str(path), *map(str, arguments)]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            runpy.run_path(str(path), run_name="__main__")
+            command.main([name, *map(str, arguments)])
     except SystemExit as stop:
         status = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
         if isinstance(stop.code, str):
             err.write(stop.code)
-    finally:
-        sys.argv = before
     return Done(status, out.getvalue(), err.getvalue())
 
 
@@ -216,7 +211,7 @@ def test_missing_results_are_said(tmp_path):
 def test_plot_shear_finds_the_error_put_in(tmp_path):
     runs = [write_shear(tmp_path / f"{i}", length, 0.01) for i, length in enumerate(LENGTHS)]
     table = tmp_path / "errors.csv"
-    done = script("plot_shear", *runs, "--out", tmp_path / "shear", "--csv", table)
+    done = script("shear", *runs, "--out", tmp_path / "shear", "--csv", table)
     check_figures(done, tmp_path / "shear")
     rows = [line.split(",") for line in table.read_text().splitlines()[1:]]
     # A sine of 1 % over many periods: rms 1/sqrt(2) %, worst 1 %
@@ -225,7 +220,7 @@ def test_plot_shear_finds_the_error_put_in(tmp_path):
 
 
 def test_plot_shear_takes_either_direction(tmp_path):
-    done = script("plot_shear", write_shear(tmp_path, direction=-1.0))
+    done = script("shear", write_shear(tmp_path, direction=-1.0))
     check_figures(done, tmp_path / "figures" / "shear")
 
 
@@ -233,14 +228,14 @@ def test_plot_dilation(tmp_path):
     runs = [write_shear(tmp_path / f"{i}", length) for i, length in enumerate(LENGTHS)]
     table = tmp_path / "errors.csv"
     labels = ["6 cm", "12 cm", "18 cm", "36 cm"]
-    done = script("plot_dilation", *runs, "--labels", *labels, "--out", tmp_path / "d.pdf", "--csv", table)
+    done = script("dilation", *runs, "--labels", *labels, "--out", tmp_path / "d.pdf", "--csv", table)
     check_figures(done, tmp_path / "d")
     assert all(float(line.split(",")[4]) < 1e-3 for line in table.read_text().splitlines()[1:])
 
 
 def test_plot_closure_finds_the_error_put_in(tmp_path):
     table = tmp_path / "errors.csv"
-    done = script("plot_closure", write_closure(tmp_path / "c", 0.06, 0.02), "--csv", table)
+    done = script("closure", write_closure(tmp_path / "c", 0.06, 0.02), "--csv", table)
     check_figures(done, tmp_path / "c" / "figures" / "closure")
     rows = table.read_text().splitlines()[1:]
     assert len(rows) == 20
@@ -248,7 +243,7 @@ def test_plot_closure_finds_the_error_put_in(tmp_path):
 
 
 def test_plot_energy(tmp_path):
-    done = script("plot_energy", write_shear(tmp_path))
+    done = script("energy", write_shear(tmp_path))
     check_figures(done, tmp_path / "figures" / "energy")
     assert "worst residual 0.001 %" in done.stdout
 
@@ -262,14 +257,14 @@ def test_plot_energy(tmp_path):
     ],
 )
 def test_plot_map(tmp_path, arguments):
-    done = script("plot_map", write_network(tmp_path), *arguments)
+    done = script("map", write_network(tmp_path), *arguments)
     check_figures(done, tmp_path / "figures" / "map")
 
 
 def test_plot_map_lists_fields_and_refuses_unknown_ones(tmp_path):
     directory = write_network(tmp_path)
-    assert "aperture_mm" in script("plot_map", directory, "--list").stdout
-    done = script("plot_map", directory, "--rock", "nothing")
+    assert "aperture_mm" in script("map", directory, "--list").stdout
+    done = script("map", directory, "--rock", "nothing")
     assert done.returncode != 0
     assert "no field 'nothing'" in done.stderr
     assert "Traceback" not in done.stderr
@@ -290,7 +285,7 @@ def test_plot_map_lists_fields_and_refuses_unknown_ones(tmp_path):
     ],
 )
 def test_lengths_are_shown_in_a_unit_that_fits(values, unit, expected, shown):
-    from plot_map import in_finer_unit
+    from femdem.figures.map import in_finer_unit
 
     found, name = in_finer_unit(np.array(values), unit)
     assert name == shown
@@ -311,7 +306,7 @@ def one_large_value(directory):
 
 
 def test_a_single_element_with_a_large_value_does_not_hide_the_map(tmp_path):
-    import network_maps
+    from femdem.figures import maps as network_maps
 
     run = Results(one_large_value(tmp_path))
     panel = network_maps.Panel(run, -1, "")
@@ -327,9 +322,10 @@ def test_a_single_element_with_a_large_value_does_not_hide_the_map(tmp_path):
 
 
 def test_the_value_beyond_the_colours_is_written_at_their_end(tmp_path):
-    import figure_style
-    import network_maps
     from matplotlib.collections import LineCollection
+
+    from femdem.figures import maps as network_maps
+    from femdem.figures import style as figure_style
 
     figure, axes = figure_style.plt.subplots()
     drawn = LineCollection(np.zeros((3, 2, 2)), array=np.array([0.0, 0.5, 40.0]))
@@ -342,12 +338,12 @@ def test_the_value_beyond_the_colours_is_written_at_their_end(tmp_path):
     assert not bar.ax.texts
     figure_style.plt.close(figure)
     for name, options in (("network", []), ("map", ["--joints", "aperture_mm"])):
-        done = script(f"plot_{name}", one_large_value(tmp_path / name), *options, "--out", tmp_path / name)
+        done = script(name, one_large_value(tmp_path / name), *options, "--out", tmp_path / name)
         check_figures(done, tmp_path / name)
 
 
 def test_range_of_the_colours_goes_by_length():
-    import network_maps
+    from femdem.figures import maps as network_maps
 
     values, length = np.array([1.0, 2.0, 3.0, 100.0]), np.array([50.0, 30.0, 19.5, 0.5])
     assert network_maps.inner_range(values, length) == (1.0, 3.0)
@@ -365,7 +361,7 @@ def write_cracks(directory):
 
 
 def test_cracks_of_an_older_run_in_the_directory_are_not_drawn(tmp_path):
-    import network_maps
+    from femdem.figures import maps as network_maps
 
     directory = write_cracks(write_network(tmp_path))
     assert len(network_maps.read_cracks(Results(directory)).lines) == 2
@@ -375,7 +371,7 @@ def test_cracks_of_an_older_run_in_the_directory_are_not_drawn(tmp_path):
 
 
 def test_short_block_edges_are_thinner():
-    import network_maps
+    from femdem.figures import maps as network_maps
 
     # A block edge of two elements across the map, one of a single element of 1 % of it, a cohesive joint
     lines = np.array(
@@ -389,19 +385,19 @@ def test_short_block_edges_are_thinner():
 def test_maps_side_by_side(tmp_path, name):
     runs = [write_network(tmp_path / f"{k}", seed=k) for k in range(2)]
     write_cracks(runs[1])
-    done = script(f"plot_{name}", *runs, "--out", tmp_path / name, "--labels", "first", "second")
+    done = script(name, *runs, "--out", tmp_path / name, "--labels", "first", "second")
     check_figures(done, tmp_path / name)
     cracks = [line.split()[-1] for line in done.stdout.splitlines() if "aperture_mm" in line]
     assert cracks == ["0", "1"]
-    assert script(f"plot_{name}", *runs, "--labels", "one").returncode != 0
+    assert script(name, *runs, "--labels", "one").returncode != 0
 
 
 def test_one_run_is_drawn_stage_by_stage(tmp_path):
-    check_figures(script("plot_network", write_network(tmp_path)), tmp_path / "figures" / "network")
+    check_figures(script("network", write_network(tmp_path)), tmp_path / "figures" / "network")
 
 
 def test_cracks_are_placed_by_centre_angle_and_length(tmp_path):
-    import network_maps
+    from femdem.figures import maps as network_maps
 
     run = Results(write_cracks(write_network(tmp_path)))
     half = 0.1 * np.sqrt(0.5)
@@ -412,30 +408,31 @@ def test_cracks_are_placed_by_centre_angle_and_length(tmp_path):
 
 def test_plot_edge_histograms(tmp_path):
     runs = [write_network(tmp_path / f"{k}", seed=k) for k in range(2)]
-    done = script("plot_edge_histograms", *runs, "--csv", tmp_path / "edges.csv", "--out", tmp_path / "h")
+    done = script("edge_histograms", *runs, "--csv", tmp_path / "edges.csv", "--out", tmp_path / "h")
     check_figures(done, tmp_path / "h")
     assert (tmp_path / "edges.csv").read_text().startswith("run,quantity,edges")
 
 
 def test_plot_stress(tmp_path):
-    done = script("plot_stress", write_network(tmp_path))
+    done = script("stress", write_network(tmp_path))
     check_figures(done, tmp_path / "figures" / "stress")
     assert "mean stress_xx" in done.stdout
 
 
 def test_plot_mesh(tmp_path):
-    done = script("plot_mesh", write_network(tmp_path))
+    done = script("mesh", write_network(tmp_path))
     check_figures(done, tmp_path / "figures" / "mesh")
     assert "3200 triangles" in done.stdout
 
 
 def test_plot_history(tmp_path):
     a, b = write_shear(tmp_path / "a"), write_shear(tmp_path / "b", 0.36)
-    done = script("plot_history", a, b, "--y", "joint.aperture_mm", "joint.dilation_mm")
-    check_figures(done, a / "figures" / "history")
+    done = script("history", a, b, "--y", "joint.aperture_mm", "joint.dilation_mm")
+    check_figures(done, tmp_path / "figures" / "history_a+b")
+    assert not (a / "figures").exists()
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "postproc").glob("plot_*.py")))
+@pytest.mark.parametrize("name", command.names())
 def test_every_script_explains_itself(name):
     done = script(name, "--help")
     assert done.returncode == 0

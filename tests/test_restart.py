@@ -10,7 +10,8 @@ import subprocess
 
 import h5py
 import pytest
-from femdem_results import Results
+
+from femdem.results import Results
 from test_wrong_decks import MESH
 
 DECK = """

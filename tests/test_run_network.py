@@ -1,4 +1,4 @@
-"""run_network.py as a user runs it: nothing old is shown, what fails does not end the rest, loads are what was asked for."""
+"""femdem-network as a user runs it: nothing old is shown, what fails does not end the rest, loads are what was asked for."""
 
 import subprocess
 import sys
@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from femdem.network import run_network
+from femdem.results import Results
+
 TOP = Path(__file__).resolve().parent.parent
 NETWORK = TOP / "input" / "network"
-sys.path[:0] = [str(TOP / "postproc"), str(NETWORK)]
-
-import run_network  # noqa: E402 - the folder of the scripts comes first
-from femdem_results import Results  # noqa: E402
 
 COARSE = ["--size", "0.12", "--models", "jcm", "--cycles", "3", "--no-figures"]
 # Far-field stress found in the rock against that applied: fractures and a mesh of few elements bend it [MPa]
@@ -24,7 +23,7 @@ def network(femdem, tmp_path):
     """Run the script on the traces of two sets in a results directory of the test's own."""
 
     def run(*options, traces=NETWORK / "two_sets.csv", status=0):
-        command = [sys.executable, NETWORK / "run_network.py", traces, "--femdem", femdem]
+        command = [sys.executable, "-m", "femdem", "network", traces, "--femdem", femdem]
         command += ["--results", tmp_path / "results", *options]
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
         assert done.returncode == status, done.stdout + done.stderr

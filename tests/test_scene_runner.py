@@ -4,6 +4,7 @@ import stat
 
 import numpy as np
 import pytest
+
 from scene import (
     SCENES,
     SceneError,

@@ -1,6 +1,7 @@
 """Every folder of tests/scenes: run the program and compare with closed forms or references."""
 
 import pytest
+
 from scene import complaints_about, find_cases, run_case
 
 

@@ -16,13 +16,14 @@ What may differ, and why:
 
 import re
 import shutil
-import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
-from femdem_results import Results
-from scene import TOP, read_history, run_command
+
+from femdem.results import Results
+from scene import TOP, mesh_command, read_history, run_command
 from scene_motion import changed_deck, run_deck
 
 PLAN = ("contact", "search", "nodes", "viscosity", "step", "loads")
@@ -136,7 +137,7 @@ SCENES = {
     ),
     "network": Scene(
         "input/network/phase_2b.nml",
-        "input/network/make_mesh.py",
+        "femdem-mesh",
         ["two_sets.csv", "--size", "0.08", "--out", "two_sets.msh"],
         {
             # Which corners hold is seen at calm moments, and these come at other steps; bonds leave no corners
@@ -225,8 +226,9 @@ class Runs:
         folder = self.place / name
         if not folder.exists():
             scene = SCENES[name]
-            shutil.copytree((TOP / scene.script).parent, folder)
-            mesh = [sys.executable, (TOP / scene.script).name, *scene.arguments]
+            source = TOP / (scene.deck if scene.script.startswith("femdem-") else scene.script)
+            shutil.copytree(source.parent, folder)
+            mesh = mesh_command([Path(scene.script).name, *scene.arguments])
             run_command(mesh, folder, 120, expected_status=0)
         return folder
 

@@ -7,6 +7,9 @@ build_packages=(gcc libc6-dev make gfortran cmake pkg-config git
 run_packages=(gmsh python3-gmsh python3-numpy python3-h5py python3-matplotlib python3-scipy python3-shapely)
 test_packages=(python3-pytest python3-venv codespell)
 
+top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# Looked for, not imported: importing all of them takes a second
+has_modules="import sys, importlib.util as u; sys.exit(not all(map(u.find_spec, 'numpy h5py matplotlib gmsh'.split())))"
 release_directory=build
 debug_directory=build-debug
 jobs=$(nproc 2>/dev/null || echo 2)
@@ -42,12 +45,14 @@ install_packages() {
     >/dev/null || give_up "apt-get could not install: ${missing[*]}"
 }
 
-# Set PYTHON to the first Python that has what the scripts import: $PYTHON, Debian's own, the first in PATH.
+# Set PYTHON to the first Python that has what the package in postproc/ imports ($PYTHON, Debian's own, the first in PATH), and
+# let it find the package.
 choose_python() {
   local candidate
+  export PYTHONPATH=$top/postproc${PYTHONPATH:+:$PYTHONPATH}
   for candidate in "${PYTHON:-}" /usr/bin/python3 python3; do
     [[ -n $candidate ]] || continue
-    if "$candidate" -c 'import numpy, h5py, matplotlib, gmsh' >/dev/null 2>&1; then
+    if "$candidate" -c "$has_modules" >/dev/null 2>&1; then
       PYTHON=$candidate
       export PYTHON
       return
@@ -56,9 +61,25 @@ choose_python() {
   give_up "no Python can import numpy, h5py, matplotlib and gmsh; name one with PYTHON=/path/to/python3"
 }
 
+# Is the program in a build directory newer than all that it is made from, and of the commit that is checked out? Asking CMake takes
+# longer than a short run.
+built() {
+  local program=$1/femdem log
+  [[ -x $program && $program -nt $1/CMakeCache.txt ]] || return 1
+  log=$(git rev-parse --git-path logs/HEAD 2>/dev/null) && [[ $log -nt $program ]] && return 1
+  [[ -z $(find CMakeLists.txt CMakePresets.json cmake modules src -newer "$program" -print -quit) ]]
+}
+
 # Configure and build a preset (release or debug); the full output goes to a log, its end to the screen on failure.
 build_preset() {
   local preset=$1 directory=$2
+  local made_for=""
+  [[ -f $directory/CMakeCache.txt ]] && made_for=$(sed -n 's/^CMAKE_HOME_DIRECTORY:[^=]*=//p' "$directory/CMakeCache.txt")
+  if [[ -n $made_for && ! $made_for -ef $top ]]; then
+    say "error: $directory was made for the project in $made_for, not for $top (was it moved or copied?)
+  remove $directory and try again:  rm -r $directory"
+    return 1
+  fi
   mkdir -p "$directory"
   local log=$directory/build.log
   if ! { cmake --preset "$preset" && cmake --build --preset "$preset" --parallel "$jobs"; } >"$log" 2>&1; then

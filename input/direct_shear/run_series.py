@@ -24,11 +24,11 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 TOP = HERE.parent.parent
-sys.path.insert(0, str(TOP / "tools"))
-from kept import Kept, fingerprint, make, text_fingerprint  # noqa: E402
+sys.path.insert(0, str(TOP / "postproc"))
+from femdem.kept import Kept, fingerprint, make, text_fingerprint  # noqa: E402
+from femdem.places import environment, module  # noqa: E402
 
 PROGRAM = TOP / "build" / "femdem"
-POSTPROC = TOP / "postproc"
 NORMAL_STRESS_MPA = "0.0245"
 TRAVEL_PER_CYCLE = 1e-5  # metres: 0.01 mm as in the paper
 VELOCITIES_MM_S = [160, 80, 40, 20, 10]
@@ -87,11 +87,12 @@ def shear_deck(length_cm, velocity_mm_s=20.0):
     return change(deck, r"stage name = 'shear'", move_time=f"{TRAVEL_PER_CYCLE / velocity:g}")
 
 
-def draw(script, figure, runs, labels, folder, *options):
+def draw(kind, figure, runs, labels, folder, *options):
     """Draw a figure from several runs; returns the rows of its table of errors."""
     table = folder / f"{figure}.csv"
-    command = [sys.executable, POSTPROC / script, *runs, "--labels", *labels]
-    subprocess.run([*command, "--out", folder / figure, "--csv", table, *options], check=True)
+    command = module("femdem", "plot", kind, *runs, "--labels", *labels)
+    command += ["--out", folder / figure, "--csv", table, *options]
+    subprocess.run(command, check=True, env=environment())
     with open(table, newline="") as file:
         return list(csv.reader(file))
 
@@ -104,9 +105,7 @@ def velocity_series(folder, again, paper):
         for v in velocities
     ]
     labels = [f"{v} mm/s" for v in velocities]
-    return [
-        draw("plot_shear.py", "fig4a_velocity", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)
-    ]
+    return [draw("shear", "fig4a_velocity", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
 
 
 def size_series(folder, again, _):
@@ -116,7 +115,7 @@ def size_series(folder, again, _):
         for h in SIZES_MM
     ]
     labels = [f"h = {h:g} mm" for h in SIZES_MM]
-    return [draw("plot_shear.py", "fig4b_size", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
+    return [draw("shear", "fig4b_size", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
 
 
 def both_series(folder, again, _):
@@ -126,7 +125,7 @@ def both_series(folder, again, _):
         for v, h in HALVED_TOGETHER
     ]
     labels = [f"{v} mm/s, {h:g} mm" for v, h in HALVED_TOGETHER]
-    return [draw("plot_shear.py", "fig4_both", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
+    return [draw("shear", "fig4_both", runs, labels, folder, "--normal-stress", NORMAL_STRESS_MPA)]
 
 
 def length_series(folder, again, _):
@@ -138,8 +137,8 @@ def length_series(folder, again, _):
     labels = [f"{n} cm" for n in LENGTHS_CM]
     options = ("--normal-stress", NORMAL_STRESS_MPA)
     return [
-        draw("plot_shear.py", "fig5a_length", runs, labels, folder, *options),
-        draw("plot_dilation.py", "fig5b_length", runs, labels, folder, *options),
+        draw("shear", "fig5a_length", runs, labels, folder, *options),
+        draw("dilation", "fig5b_length", runs, labels, folder, *options),
     ]
 
 
@@ -147,7 +146,7 @@ def closure_series(folder, again, _):
     """Fig 6."""
     deck = (HERE.parent / "closure" / "closure_6cm_explicit.nml").read_text()
     results = run(deck, ["--length", "0.06", "--size", "0.001"], "closure6cm", folder, again)
-    return [draw("plot_closure.py", "fig6_closure", [results], ["6 cm"], folder)]
+    return [draw("closure", "fig6_closure", [results], ["6 cm"], folder)]
 
 
 SERIES = {

@@ -27,13 +27,15 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from run_network import CRACKS, HERE, MODELS, POSTPROC, PROGRAM, TOP
+HERE = Path(__file__).resolve().parent
+TOP = HERE.parent.parent
+sys.path.insert(0, str(TOP / "postproc"))
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
 
-sys.path.insert(0, str(POSTPROC))
-import figure_style as style
-import matplotlib.pyplot as plt
-import network_maps as maps
-import numpy as np
+from femdem.figures import maps, style  # noqa: E402
+from femdem.network.run_network import CRACKS, MODELS  # noqa: E402
+from femdem.places import environment, module, program  # noqa: E402
 
 DECK = HERE / "paper_choices.nml"
 TRACES = HERE / "two_sets.csv"
@@ -122,8 +124,8 @@ def run(arguments, name, model):
         return results
     mesh = folder / f"two_sets_{case.size * 1000:g}mm.msh"
     if not mesh.exists():
-        command = [HERE / "make_mesh.py", TRACES, "--size", case.size, "--out", mesh]
-        subprocess.run([str(word) for word in (sys.executable, *command)], check=True)
+        command = module("femdem.network.make_mesh", TRACES, "--size", case.size, "--out", mesh)
+        subprocess.run([str(word) for word in command], check=True, env=environment())
     path = folder / f"{name}_{model}.nml"
     path.write_text(deck(case, model, mesh.name), encoding="utf-8")
     start = time.monotonic()
@@ -257,7 +259,7 @@ def main():
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES), help="cases (default: all)")
     parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS), help="default: all")
     parser.add_argument("--results", type=Path, default=TOP / "results" / "network" / "paper_choices")
-    parser.add_argument("--femdem", type=Path, default=PROGRAM, help="program (default: build/femdem)")
+    parser.add_argument("--femdem", type=Path, default=program(), help="program (default: build/femdem)")
     parser.add_argument("--again", action="store_true", help="repeat runs that are there already")
     arguments = parser.parse_args()
     arguments.results.mkdir(parents=True, exist_ok=True)

@@ -20,8 +20,8 @@ import numpy as np
 TOP = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(TOP / "postproc"))
 
-from femdem_results import Results  # noqa: E402
-from jcm import Joint  # noqa: E402
+from femdem.jcm import Joint  # noqa: E402
+from femdem.results import Results  # noqa: E402
 
 LENGTHS_CM = (6, 12, 18, 36)
 NORMAL_STRESS_MPA = 0.0245

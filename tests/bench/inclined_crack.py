@@ -17,10 +17,11 @@ from pathlib import Path
 
 TOP = Path(__file__).resolve().parent.parent.parent
 SCENES = TOP / "tests" / "scenes"
-sys.path[:0] = [str(TOP / "postproc"), str(TOP / "tests"), str(TOP / "tools")]
+sys.path[:0] = [str(TOP / "postproc"), str(TOP / "tests")]
 import numpy as np  # noqa: E402
-from femdem_results import Results  # noqa: E402
-from kept import make  # noqa: E402
+
+from femdem.kept import make  # noqa: E402
+from femdem.results import Results  # noqa: E402
 from scene_crack import (  # noqa: E402
     ANGLE,
     HALF_LENGTH,

@@ -18,8 +18,9 @@ from pathlib import Path
 
 TOP = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(TOP / "postproc"))
-import figure_style as style  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
+
+from femdem.figures import style  # noqa: E402
 
 BUILD = TOP / "build"
 KERNELS = ("solid", "nbs", "jcm")

@@ -6,7 +6,7 @@
 JRC0 2 to 20, JCS0 2 to 200 MPa, normal stress 0.01 to 20 MPa, phi_r 25 to 35 degrees, length 0.05 to 2 m (a Latin
 hypercube; JCS, stress and length by their logarithms). Each run: two rigid blocks with one joint, closed under the normal
 stress, then sheared to five times the peak displacement (implicit solver). Shear stress is compared with eq 13, dilation with
-the integral of eq 18, closure with eq 5b, by postproc/jcm.py.
+the integral of eq 18, closure with eq 5b, by femdem.jcm.
 
 Runs where a guard of the law acts (manual/theory_joints.md, 7) are outside its validity and are reported apart.
 Writes parameter_space.csv (one row a run), parameter_space_summary.csv and a figure. --keep leaves the folders of the runs.
@@ -28,12 +28,13 @@ import numpy as np
 
 TOP = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(TOP / "postproc"), str(TOP / "tests" / "scenes" / "_meshes")]
-import figure_style as style  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
-from femdem_results import Results  # noqa: E402
-from jcm import Joint  # noqa: E402
 from rectangles import make_mesh  # noqa: E402
 from scipy.stats import qmc  # noqa: E402
+
+from femdem.figures import style  # noqa: E402
+from femdem.jcm import Joint  # noqa: E402
+from femdem.results import Results  # noqa: E402
 
 PROGRAM = TOP / "build" / "femdem"
 # name: least, largest, by its logarithm?

@@ -9,7 +9,7 @@ settings are varied by velocity (explicit) or increment (other solvers), and by 
 does not know is left out.
 
 Errors rms_% and worst_%: difference from eq 13 in per cent of the peak, or from eq 5b in per cent of the closure, at the
-rows of the history, as by plot_shear.py and plot_closure.py; of the dilation from eq 18 as by plot_dilation.py. Runs with
+rows of the history, as by femdem-plot shear and closure; of the dilation from eq 18 as by femdem-plot dilation. Runs with
 large increments have few rows, which may miss the peak; so settings are compared by error_%: the same difference, rms, with
 the computed curve read linearly every 0.01 mm; for closure the difference at 1 MPa, where every run has a row.
 Inclined crack: slip at the centre against its closed form, and as worst_% that of the profile. Network: means of shear
@@ -41,17 +41,18 @@ NETWORK = TOP / "input" / "network"
 CRACK_SCENE, NETWORK_SCENE = (
     TOP / "tests" / "scenes" / name for name in ("inclined_crack", "network_three_solvers")
 )
-sys.path[:0] = [str(TOP / "postproc"), str(SHEAR), str(TOP / "tests"), str(TOP / "tools")]
-import figure_style as style  # noqa: E402
+sys.path[:0] = [str(TOP / "postproc"), str(SHEAR), str(TOP / "tests")]
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from femdem_results import Results  # noqa: E402
-from kept import Kept, fingerprint, make  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
-from plot_closure import draw_closure  # noqa: E402
-from plot_dilation import draw_dilation  # noqa: E402
-from plot_shear import draw_shear  # noqa: E402
 from run_series import PROGRAM, change, shear_deck  # noqa: E402
+
+from femdem.figures import style  # noqa: E402
+from femdem.figures.closure import draw_closure  # noqa: E402
+from femdem.figures.dilation import draw_dilation  # noqa: E402
+from femdem.figures.shear import draw_shear  # noqa: E402
+from femdem.kept import Kept, fingerprint, make  # noqa: E402
+from femdem.results import Results  # noqa: E402
 from scene_crack import ANGLE, HALF_LENGTH, MODULUS, STRESS, reference_slip, resolved, slip_error  # noqa: E402
 
 LENGTH, NORMAL_STRESS_MPA, TRAVEL_MM = 0.06, 0.0245, 5.0
@@ -211,7 +212,7 @@ def mesh_command(scene, size_mm, mesh):
     elif scene == "crack":
         command = [CRACK_SCENE / "make_mesh.py", *size]
     else:
-        command = [NETWORK / "make_mesh.py", NETWORK / "two_sets.csv", "--feature", "0.02", *size]
+        command = ["-m", "femdem.network.make_mesh", NETWORK / "two_sets.csv", "--feature", "0.02", *size]
     return [sys.executable, *command]
 
 

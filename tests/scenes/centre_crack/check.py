@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+
 from scene import read_history
 
 WIDTH, HALF_CRACK, SPEED = 3.2, 0.4, 0.006

@@ -1,6 +1,7 @@
 """Stresses under a column's own weight."""
 
 import numpy as np
+
 from scene_motion import Motion
 
 HEIGHT, DENSITY, GRAVITY, YOUNG, NU, ROWS = 10.0, 2700.0, 9.81, 1e9, 0.25, 20

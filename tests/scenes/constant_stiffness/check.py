@@ -4,7 +4,8 @@ import re
 from pathlib import Path
 
 import numpy as np
-from jcm import Joint
+
+from femdem.jcm import Joint
 from scene_motion import Motion, changed_deck, run_deck
 
 # Found 0.06 %, by the explicit solver

@@ -1,7 +1,8 @@
 """Shear stress of the joint elements of the crack against the law in numpy, at their own normal stress."""
 
 import numpy as np
-from jcm import Joint
+
+from femdem.jcm import Joint
 from scene_motion import Results
 
 JRC0, JCS0, L0, PHI_R = 10, 100, 0.1, 30

@@ -7,6 +7,7 @@ length, and with every step by what slides off in it.
 import csv
 
 import numpy as np
+
 from scene_motion import Results, near
 
 RATE, STEP, LENGTH = 0.2, 5e-7, 0.1

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+
 from scene_motion import Motion, changed_deck, near, run_deck
 
 GRAVITY = 9.81

@@ -1,7 +1,8 @@
 """Friction alone: slip along the crack against 4(1 - nu^2)/E (tau - sn tan phi) sqrt(b^2 - x^2)."""
 
 import numpy as np
-from femdem_results import Results
+
+from femdem.results import Results
 from scene_crack import ANGLE, HALF_LENGTH, MODULUS, STRESS, check_slip, reference_slip, resolved
 from scene_motion import near
 

@@ -6,7 +6,8 @@ With friction the middle slides and the ends, where there is little slip, are he
 from pathlib import Path
 
 import numpy as np
-from femdem_results import Results
+
+from femdem.results import Results
 from scene_crack import (
     ANGLE,
     HALF_LENGTH,

@@ -1,8 +1,9 @@
 """Closure of a joint under a wave: d delta/dt = 2 v_i - 2 sigma(delta)/z (Zhao and Cai 2001)."""
 
 import numpy as np
-from scene_motion import Results, near
 from scipy.integrate import solve_ivp
+
+from scene_motion import Results, near
 
 IMPEDANCE = 2500 * 2000  # z = rho c [Pa s/m]
 ARRIVAL, RISE, STRESS = 0.5e-3, 0.5e-3, 1e6

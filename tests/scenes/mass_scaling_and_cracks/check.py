@@ -1,7 +1,8 @@
 """A free body keeps the speed it has after its masses were raised, whatever opens elsewhere."""
 
 import numpy as np
-from femdem_results import Results
+
+from femdem.results import Results
 
 
 def check(results):

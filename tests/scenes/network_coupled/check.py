@@ -4,7 +4,8 @@ import re
 from pathlib import Path
 
 import numpy as np
-from femdem_results import Results
+
+from femdem.results import Results
 from scene_motion import changed_deck, run_deck
 
 COUPLED = ("a0_mm = 0.194", "a0_mm = 0.194, coupling = 'coupled'")

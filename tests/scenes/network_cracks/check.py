@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+
 from scene import read_history
 
 # Fracture energy of the deck [J/m2]

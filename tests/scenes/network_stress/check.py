@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+
 from scene_motion import Motion, changed_deck, run_deck
 
 PHASES = [(5e6, 5e6), (15e6, 5e6)]

@@ -13,7 +13,8 @@ local damping.
 from pathlib import Path
 
 import numpy as np
-from femdem_results import Results
+
+from femdem.results import Results
 from scene_motion import changed_deck, run_deck
 
 QUANTITIES = ("shear_stress_MPa", "shear_displacement_mm", "aperture_mm")

@@ -4,7 +4,8 @@ import re
 from pathlib import Path
 
 import numpy as np
-from femdem_results import Results
+
+from femdem.results import Results
 from scene_motion import changed_deck, run_deck
 
 # The stress is that of constant-strain triangles beside the wall. Found with elements of 80, 40, 20 mm: normal stress 4.9, 3.6,

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+
 from scene_motion import Motion, changed_deck, near, run_deck
 
 FLUID, STRENGTH = 8e6, 7e6

@@ -9,6 +9,7 @@ import csv
 import math
 
 import numpy as np
+
 from scene_motion import Motion, near
 
 LENGTH, HEIGHT, COLUMNS = 0.3, 0.1, 4

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+
 from scene_motion import Results
 from scene_restart import go_on, kill_midway, same_fields, same_tables
 

@@ -4,6 +4,7 @@ bit for bit with the run that was left alone."""
 from pathlib import Path
 
 import h5py
+
 from scene_motion import changed_deck, run_deck
 from scene_restart import go_on, kill_midway, rows, same_fields, same_tables
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+
 from scene_motion import Motion, run_deck
 
 

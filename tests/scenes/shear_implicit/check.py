@@ -1,7 +1,8 @@
 """The whole curve against eq 13, and the energy account."""
 
 import numpy as np
-from jcm import Joint
+
+from femdem.jcm import Joint
 from scene_motion import Motion
 
 NORMAL_STRESS = 0.0245

@@ -1,6 +1,7 @@
 """The bodies are rigid: the pressure of the walls is stiffness times closure, to 5 % of Young's modulus, 48 times the strength."""
 
 import numpy as np
+
 from scene_motion import Results, near
 
 LENGTH, YOUNG, FACTOR, SIZE = 0.1, 0.8e9, 20.0, 0.02

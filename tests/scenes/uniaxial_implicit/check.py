@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+
 from scene import read_history
 from scene_motion import changed_deck, near, run_deck
 

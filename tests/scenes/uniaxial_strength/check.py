@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+
 from scene import read_history
 
 WIDTH, RATE = 0.5, 0.1

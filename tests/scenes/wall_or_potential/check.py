@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+
 from scene_motion import Results, changed_deck, near, run_deck
 
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+
 from scene_motion import run_deck
 
 ANGLE, HALF, MESHES = 45.0, 0.25, 8

@@ -1,13 +1,13 @@
-#!/usr/bin/env python3
 """Dilation against shear displacement of one or several runs, with eq 18 integrated along the path as points.
 
-plot_dilation.py results_6cm results_12cm --labels "6 cm" "12 cm" --out dilation
+femdem-plot dilation results_6cm results_12cm --labels "6 cm" "12 cm" --out dilation
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
 import numpy as np
-from plot_shear import points_along, shear_path
+
+from femdem.figures import style
+from femdem.figures.shear import points_along, shear_path
 
 TABLE = ["run", "sn_kPa", "length_m", "largest_eq18_mm", "rms_%_of_largest", "worst_%", "worst_at_mm"]
 
@@ -41,21 +41,17 @@ def draw_dilation(axes, runs, labels, group=None, length=None, normal_stress=Non
     return TABLE, table
 
 
-def main():
-    arguments = style.parser(__doc__)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__)
     style.joint_arguments(arguments)
     arguments.add_argument(
         "--normal-stress", type=float, help="normal stress of eq 18 in MPa (default: mean of the history)"
     )
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     runs, labels = style.open_results(arguments)
     figure, axes = plt.subplots()
     header, table = draw_dilation(
         axes, runs, labels, arguments.group, arguments.length, arguments.normal_stress
     )
     style.error_table(header, table, arguments.csv)
-    style.save(figure, arguments.out, runs[0].directory, "dilation")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, runs, "dilation")

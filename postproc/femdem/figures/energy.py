@@ -1,12 +1,12 @@
-#!/usr/bin/env python3
 """The energy balance of a run: work of the loads, where it went, and what is missing.
 
-plot_energy.py results --out energy
+femdem-plot energy results --out energy
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
 import numpy as np
+
+from femdem.figures import style
 
 PARTS = {
     "external_J": ("work of the loads", "#000000"),
@@ -18,10 +18,10 @@ PARTS = {
 }
 
 
-def main():
-    arguments = style.parser(__doc__, several=False)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__, several=False)
     arguments.add_argument("--x", default="time_s", help="column on the horizontal axis (default: time_s)")
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     run = style.Results(arguments.results)
     history = run.history
     x = history[arguments.x]
@@ -46,8 +46,4 @@ def main():
     figure.align_ylabels()
     worst = float(residual[np.argmax(np.abs(residual))])
     print(f"largest energy {largest:.6g} J, worst residual {worst:.3g} % of it")
-    style.save(figure, arguments.out, run.directory, "energy")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, [run], "energy")

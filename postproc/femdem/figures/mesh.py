@@ -1,14 +1,14 @@
-#!/usr/bin/env python3
 """The mesh of a run with its fractures and groups, and the quality of its triangles.
 
-plot_mesh.py results --out mesh
+femdem-plot mesh results --out mesh
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patches import Patch
+
+from femdem.figures import style
 
 FILLS = ["#f1efe8", "#e0e7ee", "#efe3dc", "#e3ece0", "#ece3ee"]
 # Edges of the triangles are drawn thinner the more there are
@@ -24,13 +24,13 @@ def quality(mesh):
     return 4 * np.sqrt(3) * area / np.sum(squared, axis=1), np.sqrt(np.min(squared, axis=1))
 
 
-def main():
-    arguments = style.parser(__doc__, several=False)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__, several=False)
     arguments.add_argument(
         "--step", type=int, default=-1, help="snapshot whose mesh is drawn (default: last)"
     )
     arguments.add_argument("--no-edges", action="store_true", help="leave out the edges of the triangles")
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     run = style.Results(arguments.results)
     mesh = run.fields.mesh(arguments.step)
     value, shortest = quality(mesh)
@@ -76,8 +76,4 @@ def main():
     print(
         f"quality: least {value.min():.3f}, mean {value.mean():.3f}; shortest edge {1000 * shortest.min():.4g} mm"
     )
-    style.save(figure, arguments.out, run.directory, "mesh")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, [run], "mesh")

@@ -1,16 +1,15 @@
-#!/usr/bin/env python3
 """Histograms of the mean aperture and the mean shear displacement of the block edges of several runs.
 
-plot_edge_histograms.py jcm/phase_2b jcm_mean/phase_2b coulomb/phase_2b
+femdem-plot edge_histograms jcm/phase_2b jcm_mean/phase_2b coulomb/phase_2b
 
 Prints mean, median and largest of the block edges' means, for all edges and for those longer than the mean length.
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
-import network_maps as maps
 import numpy as np
 from matplotlib.ticker import MaxNLocator
+
+from femdem.figures import maps, style
 
 BINS = 14
 MOST = 98  # per cent of the block edges inside the axis; the last bar takes those beyond
@@ -21,11 +20,11 @@ QUANTITIES = {
 HEADER = ["run", "quantity", "edges", "mean", "median", "largest", "mean_of_long_edges"]
 
 
-def main():
-    arguments = style.parser(__doc__)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__)
     arguments.add_argument("--bins", type=int, default=BINS, help=f"number of bins (default {BINS})")
     arguments.add_argument("--csv", help="write the table to this file too")
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     runs = [style.Results(directory) for directory in arguments.results]
     labels = arguments.labels or [maps.model_name(run) for run in runs]
     if len(labels) != len(runs):
@@ -82,8 +81,4 @@ def main():
     handles.append(plt.Line2D([], [], color="#555555", linestyle="--", linewidth=1.1))
     grid[1].legend(handles, [*labels, "mean"])
     style.error_table(HEADER, table, arguments.csv)
-    style.save(figure, arguments.out, runs[0].directory, "edge_histograms")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, runs, "edge_histograms")

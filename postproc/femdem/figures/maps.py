@@ -4,10 +4,11 @@ import csv
 import io
 from dataclasses import dataclass
 
-import figure_style as style
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
+
+from femdem.figures import style
 
 MODEL_NAMES = {"jcm": "JCM", "jcm_mean": "Model-I", "coulomb": "Model-II"}
 QUANTITIES = {"shear_displacement_mm": "plasma_r", "aperture_mm": "viridis_r"}  # of the joints: colour map

@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Mesh of a fracture network: cleans traces, embeds them in a rectangle and grades the mesh towards them.
 
-    python3 make_mesh.py two_sets.csv --size 0.015 --out two_sets.msh
+    femdem-mesh two_sets.csv --size 0.015 --out two_sets.msh
 
 The mesh has the physical surface 'rock', the physical curve 'fractures' (or more, see --group), the physical curves
 'left', 'right', 'bottom' and 'top', and the physical points 'corner_sw', 'corner_se', 'corner_ne', 'corner_nw'; with --hole
@@ -18,11 +17,12 @@ from pathlib import Path
 
 import gmsh
 import numpy as np
-from cleaning import MIN_ANGLE, checked_window, clean, traces_of
-from mesh_quality import MeshData, Quality, check_mesh
-from planar_graph import FIRST_LINE, SIDE_NAMES, Graph, branches, nodes_near_edges
-from regions import HOLE, add_options, make_regions, outside_holes, read_zone
-from traces import TraceError, read_traces, write_traces
+
+from femdem.network.cleaning import MIN_ANGLE, checked_window, clean, traces_of
+from femdem.network.mesh_quality import MeshData, Quality, check_mesh
+from femdem.network.planar_graph import FIRST_LINE, SIDE_NAMES, Graph, branches, nodes_near_edges
+from femdem.network.regions import HOLE, add_options, make_regions, outside_holes, read_zone
+from femdem.network.traces import TraceError, read_traces, write_traces
 
 FEATURE = 0.35  # default least feature over the element size at fractures
 COARSE = 4.0  # default element size far away over that at fractures
@@ -395,7 +395,7 @@ def draw(path, traces, graph, mesh, quality, places=4):
 def arguments_of(words=None):
     """The command line."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="femdem-mesh", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("traces", help="CSV file of traces: x1,y1,x2,y2,trace")
     parser.add_argument("--size", type=float, required=True, help="element size at fractures (m)")
@@ -499,8 +499,8 @@ def run(arguments):
     return text
 
 
-def main():
-    arguments = arguments_of()
+def main(words=None):
+    arguments = arguments_of(words)
     try:
         for line in run(arguments).splitlines():
             print(line, file=sys.stderr if line.startswith("warning: ") else sys.stdout)

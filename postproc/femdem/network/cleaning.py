@@ -13,7 +13,9 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
-from planar_graph import (
+from scipy.spatial import cKDTree
+
+from femdem.network.planar_graph import (
     COINCIDENT,
     FIRST_LINE,
     FIXED,
@@ -29,8 +31,7 @@ from planar_graph import (
     nodes_near_edges,
     tidy,
 )
-from scipy.spatial import cKDTree
-from traces import TraceError, Traces, clip
+from femdem.network.traces import TraceError, Traces, clip
 
 SNAP = 5e-4  # of the window's shorter side: default snap tolerance, 1 mm in 2 m
 MIN_ANGLE = 15.0  # default least angle between fractures at a node [degrees]

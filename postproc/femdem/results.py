@@ -359,7 +359,7 @@ class Results:
         The effective length is the one given, else that of the group's block edges, which must then be equal
         (law = 'jcm_mean': the mean length of all block edges).
         """
-        from jcm import Joint
+        from femdem.jcm import Joint
 
         deck = self.deck.joint(group)
         law = deck.get("law", "jcm")

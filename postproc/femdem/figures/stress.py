@@ -1,16 +1,15 @@
-#!/usr/bin/env python3
 """Stress in the rock: largest and least compression as colours, with ticks along the largest compression.
 
-plot_stress.py phase_2b
+femdem-plot stress phase_2b
 
 Prints the mean stress of the rock, weighted by area, and the range of both principal stresses.
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
-import network_maps as maps
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
+
+from femdem.figures import maps, style
 
 PASCALS = 1e6  # in a megapascal
 TAILS = (
@@ -49,10 +48,10 @@ def direction_ticks(mesh, angle):
     return np.stack([centre[k] - half, centre[k] + half], axis=1)
 
 
-def main():
-    arguments = style.parser(__doc__, several=False)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__, several=False)
     arguments.add_argument("--step", type=int, default=-1, help="snapshot, from 0 (default: last)")
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     run = style.Results(arguments.results)
     fields, step = run.fields, arguments.step
     mesh = fields.mesh(step)
@@ -89,8 +88,4 @@ def main():
     for name in ("stress_xx", "stress_yy", "stress_xy"):
         mean = float(np.average(fields.read(name, step), weights=area)) / PASCALS
         print(f"mean {name}: {mean:.5g} MPa")
-    style.save(figure, arguments.out, run.directory, "stress")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, [run], "stress")

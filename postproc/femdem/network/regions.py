@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from planar_graph import COINCIDENT, Window
 from scipy.spatial import cKDTree
-from traces import TraceError, Traces
+
+from femdem.network.planar_graph import COINCIDENT, Window
+from femdem.network.traces import TraceError, Traces
 
 LEAST_SIDES = 16  # of the polygon of a hole
 HOLE = "hole"

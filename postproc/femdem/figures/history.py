@@ -1,13 +1,13 @@
-#!/usr/bin/env python3
 """Any columns of the history of one or several runs.
 
-plot_history.py results --y joint.shear_stress_MPa joint.normal_stress_MPa
-plot_history.py a b --x joint.shear_displacement_mm --y joint.aperture_mm
-plot_history.py results --list
+femdem-plot history results --y joint.shear_stress_MPa joint.normal_stress_MPa
+femdem-plot history a b --x joint.shear_displacement_mm --y joint.aperture_mm
+femdem-plot history results --list
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
+
+from femdem.figures import style
 
 LINES = ["-", "--", ":", "-."]
 
@@ -17,13 +17,13 @@ def quantity(column):
     return style.axis_label(column).partition(" [")[0]
 
 
-def main():
-    arguments = style.parser(__doc__)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__)
     arguments.add_argument("--x", default="time_s", help="column on the horizontal axis (default: time_s)")
     arguments.add_argument("--y", nargs="+", help="columns on the vertical axis")
     arguments.add_argument("--log", action="store_true", help="logarithmic vertical axis")
     arguments.add_argument("--list", action="store_true", help="list the columns and stop")
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     runs, labels = style.open_results(arguments)
     if arguments.list or not arguments.y:
         print("\n".join(runs[0].history.columns))
@@ -50,8 +50,4 @@ def main():
         axes.set_yscale("log")
     if len(runs) > 1 or len(arguments.y) > 1:
         axes.legend()
-    style.save(figure, arguments.out, runs[0].directory, "history")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, runs, "history")

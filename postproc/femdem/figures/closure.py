@@ -1,14 +1,14 @@
-#!/usr/bin/env python3
 """Normal stress against closure of one or several runs, with the empirical law (eq 5) as points.
 
-    plot_closure.py results_closure --out closure
+    femdem-plot closure results_closure --out closure
 
 Prints, for each row of the history, the closure, that of eq 5b at the same stress, and the difference in per cent.
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
 import numpy as np
+
+from femdem.figures import style
 
 POINTS = 15
 TABLE = ["run", "sn_MPa", "closure_mm", "eq5b_mm", "error_%"]
@@ -41,16 +41,12 @@ def draw_closure(axes, runs, labels, group=None, length=None):
     return TABLE, table
 
 
-def main():
-    arguments = style.parser(__doc__)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__)
     style.joint_arguments(arguments)
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     runs, labels = style.open_results(arguments)
     figure, axes = plt.subplots()
     header, table = draw_closure(axes, runs, labels, arguments.group, arguments.length)
     style.error_table(header, table, arguments.csv)
-    style.save(figure, arguments.out, runs[0].directory, "closure")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, runs, "closure")

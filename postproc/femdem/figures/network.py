@@ -1,14 +1,12 @@
-#!/usr/bin/env python3
 """Maps of shear displacement (above) and aperture (below) of a network, phase by phase, with common colours.
 
-plot_network.py phase_1 phase_2a phase_2b          one map a results directory: its last snapshot
-plot_network.py phase_2b                           one map a stage of the run
+femdem-plot network phase_1 phase_2a phase_2b          one map a results directory: its last snapshot
+femdem-plot network phase_2b                           one map a stage of the run
 
 Cracks, when there are any, are drawn in red. Prints the mean, weighted by length, and the largest value of each map.
 """
 
-import figure_style as style
-import network_maps as maps
+from femdem.figures import maps, style
 
 
 def stage_ends(run):
@@ -18,13 +16,9 @@ def stage_ends(run):
     return [maps.Panel(run, k, maps.stage_name(stages[k])) for k in last]
 
 
-def main():
-    arguments = style.parser(__doc__).parse_args()
+def main(words=None):
+    arguments = style.parser(__name__, __doc__).parse_args(words)
     runs = [style.Results(directory) for directory in arguments.results]
     panels = stage_ends(runs[0]) if len(runs) == 1 else [stage_ends(run)[-1] for run in runs]
     figure = maps.draw_panels(maps.check_labels(arguments.labels, panels))
-    style.save(figure, arguments.out, runs[0].directory, "network")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, runs, "network")

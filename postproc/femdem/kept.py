@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """What has been made is used again only when all that it was made from is the same.
 
-    kept.py MESH COMMAND ...        runs the command, which makes MESH, unless MESH was made by it from the same files
+    python3 -m femdem.kept MESH COMMAND ...    runs the command, which makes MESH, unless it was made by it from the same files
 
 Beside a product lies PRODUCT.made_from: a fingerprint of the product and of each thing it was made from. The things a
 command is made from are its words, the files among them and the Python modules that a script among them takes from its
@@ -15,6 +14,8 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+
+from femdem.places import PACKAGES, environment
 
 SUFFIX = ".made_from"
 ITSELF = "what was made"
@@ -37,8 +38,8 @@ def text_fingerprint(text):
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def with_modules(script, folders=()):
-    """A script and the modules it imports from its own folder (or others), they too with what they import."""
+def with_modules(script):
+    """A script and the modules it imports from its own folder or from this package, they too with what they import."""
     found, waiting = [], [Path(script)]
     while waiting:
         path = waiting.pop()
@@ -54,23 +55,35 @@ def with_modules(script, folders=()):
             if isinstance(node, ast.Import):
                 names += [alias.name for alias in node.names]
             elif isinstance(node, ast.ImportFrom) and node.module:
-                names.append(node.module)
-        for folder in (path.parent, *folders):
-            waiting += [
-                p for p in (Path(folder) / f"{name.split('.')[0]}.py" for name in names) if p.is_file()
-            ]
+                names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        waiting += [
+            file
+            for folder in (path.parent, PACKAGES)
+            for name in names
+            if (file := module_file(name, folder))
+        ]
     return found
+
+
+def module_file(name, folder):
+    """File of a module with a dotted name, below a folder; none when it is elsewhere."""
+    path = Path(folder, *name.split("."))
+    files = path.with_name(path.name + ".py"), path / "__init__.py"
+    return next((file for file in files if file.is_file()), None)
 
 
 def ingredients_of(command, folder="."):
     """Fingerprints of what a command, run in a folder, makes its product from, by name."""
     words = [str(word) for word in command]
     found = {"the command": " ".join(words)}
-    for word in words:
+    for before, word in zip(["", *words], words, strict=False):
         path = Path(folder) / (word.partition("=")[2] or word)
+        if before == "-m":
+            path = module_file(word, PACKAGES) or path
         if path.is_file():
             for one in with_modules(path) if path.suffix == ".py" else [path]:
-                found[one.name] = fingerprint(one)
+                name = one.name if one.name not in found else f"{one.parent.name}/{one.name}"
+                found[name] = fingerprint(one)
     return found
 
 
@@ -123,7 +136,9 @@ def make(product, command, folder=".", again=False):
     print(f"{product}: made now ({why})", flush=True)
     kept.forget()
     before = fingerprint(kept.product)
-    status = subprocess.run([str(word) for word in command], cwd=folder, check=False).returncode
+    status = subprocess.run(
+        [str(word) for word in command], cwd=folder, check=False, env=environment()
+    ).returncode
     if status == 0 and not kept.product.is_file():
         print(f"error: {product} is not there after the command that should make it", file=sys.stderr)
         return 1

@@ -1,27 +1,21 @@
-#!/usr/bin/env python3
 """Maps of one network with different joint models side by side, with common colours: shear displacement above,
 aperture below, the last snapshot of each run.
 
-plot_models.py jcm/phase_2b jcm_mean/phase_2b coulomb/phase_2b
+femdem-plot models jcm/phase_2b jcm_mean/phase_2b coulomb/phase_2b
 
 Labels are those of the paper (JCM, Model-I, Model-II) from the law of each run with the stage, unless --labels gives others. Prints
 the mean, weighted by length, and the largest value of each map.
 """
 
-import figure_style as style
-import network_maps as maps
+from femdem.figures import maps, style
 
 
-def main():
-    arguments = style.parser(__doc__).parse_args()
+def main(words=None):
+    arguments = style.parser(__name__, __doc__).parse_args(words)
     runs = [style.Results(directory) for directory in arguments.results]
     panels = [
         maps.Panel(run, -1, f"{maps.model_name(run)}, {maps.stage_name(run.fields.stages[-1])}")
         for run in runs
     ]
     figure = maps.draw_panels(maps.check_labels(arguments.labels, panels))
-    style.save(figure, arguments.out, runs[0].directory, "models")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, runs, "models")

@@ -1,8 +1,8 @@
-"""The look that all figures share, and the parts of the scripts that are the same in each."""
+"""The look that all figures share, and the parts that are the same in each."""
 
 import argparse
 import csv
-import sys
+import os
 from pathlib import Path
 
 import matplotlib
@@ -10,7 +10,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from cycler import cycler
-from femdem_results import Results, ResultsError
+
+from femdem.results import Results, ResultsError
 
 # Okabe and Ito's palette, told apart by colour-blind readers and, by its lightness, mostly in grey
 PALETTE = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
@@ -20,6 +21,7 @@ SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 WIDTH_MM, HEIGHT_MM = 130, 95
 MM = 1 / 25.4  # inches
 DOTS_PER_INCH = 200
+LONGEST_NAME = 80  # of the runs in the name of a figure of several
 
 plt.rcParams.update(
     {
@@ -130,9 +132,23 @@ def comparison_legend(axes, labels, **options):
     return axes.legend([*runs, line, points], [*labels, "computed", "empirical law"], **options)
 
 
-def save(figure, out, directory, name):
-    """Write PDF and PNG and print their paths. `out` is a path without suffix; None: directory/figures/name."""
-    stem = Path(out) if out else Path(directory) / "figures" / name
+def place(runs, name):
+    """Path without suffix of a figure that is given none: in the run's own directory, or, of several, beside them."""
+    if len(runs) == 1:
+        return Path(runs[0].directory) / "figures" / name
+    directories = [Path(run.directory).resolve() for run in runs]
+    common = Path(os.path.commonpath([directory.parent for directory in directories]))
+    names = "+".join("_".join(directory.relative_to(common).parts) for directory in directories)
+    names = names if len(names) <= LONGEST_NAME else f"{len(runs)}_runs"
+    folder = common / "figures"
+    return (
+        folder.relative_to(Path.cwd()) if folder.is_relative_to(Path.cwd()) else folder
+    ) / f"{name}_{names}"
+
+
+def save(figure, out, runs, name):
+    """Write PDF and PNG and print their paths. `out` is a path without suffix; None: that of place(runs, name)."""
+    stem = Path(out) if out else place(runs, name)
     if stem.suffix in (".pdf", ".png"):
         stem = stem.with_suffix("")
     stem.parent.mkdir(parents=True, exist_ok=True)
@@ -143,17 +159,22 @@ def save(figure, out, directory, name):
     plt.close(figure)
 
 
-def parser(description, several=True):
-    """Arguments that all scripts share."""
+def parser(module, description, several=True):
+    """Arguments that all figures share; a figure is named by its module."""
     made = argparse.ArgumentParser(
-        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog=f"femdem-plot {module.rpartition('.')[2]}",
+        description=description,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     if several:
         made.add_argument("results", nargs="+", help="results directories")
         made.add_argument("--labels", nargs="+", help="one label a directory (default: title of the deck)")
     else:
         made.add_argument("results", help="results directory")
-    made.add_argument("--out", help="path of the figure without suffix (default: RESULTS/figures/NAME)")
+    made.add_argument(
+        "--out",
+        help="path of the figure without suffix (default: figures/ in the results, or beside them when they are several)",
+    )
     return made
 
 
@@ -188,11 +209,3 @@ def error_table(heading, rows, path=None):
         with open(path, "w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([heading, *rows])
         print(path)
-
-
-def run_script(main):
-    """Call main; what is wrong with the results is one line, not a traceback."""
-    try:
-        main()
-    except ResultsError as error:
-        sys.exit(f"error: {error}")

@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Traces of a random network of two fracture sets in a square; the same seed gives the same network.
 
-    python3 make_traces.py --seed 7 --out two_sets.csv
+    femdem-traces --seed 7 --out two_sets.csv
 
 Straight traces strike 100 or 140 degrees (clockwise from north, y), with some scatter. Lengths follow a power law
 n(l) ~ l**-exponent between the shortest and the longest. Centres are spread evenly over a square wide enough that the
@@ -14,11 +13,12 @@ import sys
 from collections import Counter
 
 import numpy as np
-from planar_graph import COINCIDENT, SIDE_BIT, graph_of, knit
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.special import ndtri
-from traces import TraceError, Traces, clip, write_traces
+
+from femdem.network.planar_graph import COINCIDENT, SIDE_BIT, graph_of, knit
+from femdem.network.traces import TraceError, Traces, clip, write_traces
 
 STRIKES = (100.0, 140.0)  # of Lei, Latham & Xiang (2016), section 4
 DRAWN_AT_ONCE = 64
@@ -75,7 +75,7 @@ def spans(traces, side):
 def arguments_of(words=None):
     """The command line."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="femdem-traces", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--seed", type=int, required=True, help="seed of the random numbers")
     parser.add_argument("--out", required=True, help="CSV file to write")
@@ -98,8 +98,8 @@ def arguments_of(words=None):
     return parser.parse_args(words)
 
 
-def main():
-    arguments = arguments_of()
+def main(words=None):
+    arguments = arguments_of(words)
     side, shortest, longest = arguments.side, arguments.shortest, arguments.longest
     if not (side > 0.0 and 0.0 < shortest < longest):
         sys.exit("error: --side must be positive, and --shortest between 0 and --longest")

@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """A fracture network under in-situ stresses, from traces to figures.
 
-    python3 run_network.py two_sets.csv
-    python3 run_network.py traces.csv --size 0.02 --models jcm --window 0 0 1 1 --results DIR
+    femdem-network two_sets.csv
+    femdem-network traces.csv --size 0.02 --models jcm --window 0 0 1 1 --results DIR
 
 Makes the mesh, runs phase I for every joint model and branches the later phases from its checkpoint, then draws maps of
 shear displacement and aperture, the joint models side by side, histograms of the block edges, stress and displacement.
@@ -16,7 +15,7 @@ shear displacement and aperture, the joint models side by side, histograms of th
                                     rollers on the left and at the bottom
              phase_1 may be among them; when another is, it stands in place of phase_2a and phase_2b.
 
-Decks are phase_1.nml of this folder with values changed; mesh, decks, results and figures go to the results directory.
+Decks are phase_1.nml of input/network with values changed; mesh, decks, results and figures go to the results directory.
 A mesh or a run that is there already is used again only when all it was made from is the same: traces, options, deck, mesh,
 program (--again repeats all). A run that fails does not end the others; what failed is said at the end, with status 1.
 """
@@ -30,14 +29,11 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-TOP = HERE.parent.parent
-sys.path[:0] = [str(HERE), str(TOP / "tools")]
-from kept import SUFFIX, Kept, fingerprint, ingredients_of, make, text_fingerprint  # noqa: E402
-from regions import add_options  # noqa: E402
+from femdem.kept import SUFFIX, Kept, fingerprint, ingredients_of, make, text_fingerprint
+from femdem.network.regions import add_options
+from femdem.places import checkout, environment, module, program, results
 
-PROGRAM = TOP / "build" / "femdem"
-POSTPROC = TOP / "postproc"
+DECK = Path(__file__).resolve().parent / "phase_1.nml"
 MODELS = ("jcm", "jcm_mean", "coulomb")
 SOLVERS = ("auto", "implicit", "relaxation", "explicit")
 FIRST = "phase_1"  # the phase that the others branch from
@@ -208,7 +204,7 @@ def settle(arguments):
     for file, what in ((arguments.traces, "traces"), (arguments.deck, "deck"), (arguments.femdem, "program")):
         if not Path(file).is_file():
             wrong.append(f"{file}: there is no such file ({what})" + (
-                "; build first (./run.sh does)" if file == PROGRAM else ""
+                "; build first (./run.sh does)" if file == program() and checkout() else ""
             ))  # fmt: skip
     template = ""
     try:
@@ -353,11 +349,11 @@ def run_all(arguments, phases, pressures, template):
     return runs
 
 
-def draw(script, runs, out, *options):
+def draw(figure, runs, out, *options):
     """Draw one figure; what went wrong, if anything."""
-    command = [sys.executable, POSTPROC / script, *(one.results for one in runs), "--out", out, *options]
-    status = subprocess.run([str(word) for word in command], check=False).returncode
-    return f"figure {out.name}: {script} ended with status {status}" if status else ""
+    command = module("femdem", "plot", figure, *(one.results for one in runs), "--out", out, *options)
+    status = subprocess.run([str(word) for word in command], check=False, env=environment()).returncode
+    return f"figure {out.name}: femdem-plot {figure} ended with status {status}" if status else ""
 
 
 def remove_figures(figures):
@@ -380,13 +376,13 @@ def draw_all(runs, phases, figures):
     same = [one for one in done if one.phase == last]
     if last != list(phases)[-1]:
         print(f"models, edge_histograms: drawn of {last}, the last phase that most models came through")
-    wrong = [draw("plot_network.py", first, figures / "network")]
+    wrong = [draw("network", first, figures / "network")]
     if len(same) > 1:
-        wrong.append(draw("plot_models.py", same, figures / "models"))
-    wrong.append(draw("plot_edge_histograms.py", same, figures / "edge_histograms", "--csv", figures / TABLE))
-    wrong.append(draw("plot_stress.py", first[-1:], figures / "stress"))
+        wrong.append(draw("models", same, figures / "models"))
+    wrong.append(draw("edge_histograms", same, figures / "edge_histograms", "--csv", figures / TABLE))
+    wrong.append(draw("stress", first[-1:], figures / "stress"))
     map_options = ["--rock", "displacement", "--cracks"]
-    wrong.append(draw("plot_map.py", first[-1:], figures / "displacement", *map_options))
+    wrong.append(draw("map", first[-1:], figures / "displacement", *map_options))
     return [text for text in wrong if text]
 
 
@@ -404,7 +400,7 @@ def others_in(folder, runs):
 
 def make_mesh(arguments):
     """Make the mesh, unless it is there; the status."""
-    command = [sys.executable, HERE / "make_mesh.py", arguments.traces, "--size", arguments.size]
+    command = module("femdem.network.make_mesh", arguments.traces, "--size", arguments.size)
     command += ["--out", arguments.results / MESH_NAME, "--report", arguments.results / "mesh.txt"]
     if arguments.window:
         command += ["--window", *arguments.window]
@@ -421,10 +417,10 @@ def make_mesh(arguments):
     return make(mesh, command, again=arguments.again)
 
 
-def arguments_of():
+def arguments_of(words=None):
     """The command line."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="femdem-network", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("traces", help="CSV file of traces: x1,y1,x2,y2,trace (m)")
     parser.add_argument(
@@ -436,7 +432,7 @@ def arguments_of():
         action="append",
         default=[],
         metavar="OPTION",
-        help="option of make_mesh.py (--mesh=--feature=0.01; repeat)",
+        help="option of femdem-mesh (--mesh=--feature=0.01; repeat)",
     )
     parser.add_argument(
         "--models", nargs="+", choices=MODELS, default=list(MODELS), help="joint models (default: all)"
@@ -472,23 +468,21 @@ def arguments_of():
     parser.add_argument("--cycles", type=int, default=10, help="load increments of a phase (default 10)")
     parser.add_argument("--solver", choices=SOLVERS, default="implicit", help="solver (default implicit)")
     parser.add_argument("--cracks", action="store_true", help="let the rock break (some minutes at 15 mm)")
-    parser.add_argument(
-        "--deck", type=Path, default=HERE / "phase_1.nml", help="deck that rock and joints are taken from"
-    )
+    parser.add_argument("--deck", type=Path, default=DECK, help="deck that rock and joints are taken from")
     parser.add_argument(
         "--results", type=Path, help="results directory (default: results/network/NAME OF THE TRACES)"
     )
-    parser.add_argument("--femdem", type=Path, default=PROGRAM, help="program (default: build/femdem)")
+    parser.add_argument("--femdem", type=Path, default=program(), help="program (default: build/femdem)")
     parser.add_argument("--again", action="store_true", help="make mesh and runs anew in any case")
     parser.add_argument("--no-figures", action="store_true", help="draw nothing")
-    arguments = parser.parse_args()
-    arguments.results = arguments.results or TOP / "results" / "network" / Path(arguments.traces).stem
+    arguments = parser.parse_args(words)
+    arguments.results = arguments.results or results() / "network" / Path(arguments.traces).stem
     arguments.models = list(dict.fromkeys(arguments.models))
     return arguments
 
 
-def main():
-    arguments = arguments_of()
+def main(words=None):
+    arguments = arguments_of(words)
     try:
         phases, pressures, template = settle(arguments)
     except InputError as error:

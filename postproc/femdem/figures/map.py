@@ -1,18 +1,17 @@
-#!/usr/bin/env python3
 """A map of a field of the rock, of a quantity of the joints, or of both.
 
-plot_map.py results --rock stress_1
-plot_map.py results --joints aperture_mm --step 3 --out aperture
-plot_map.py results --rock displacement --joints shear_displacement_mm --magnitude
-plot_map.py results --list
+femdem-plot map results --rock stress_1
+femdem-plot map results --joints aperture_mm --step 3 --out aperture
+femdem-plot map results --rock displacement --joints shear_displacement_mm --magnitude
+femdem-plot map results --list
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
-import network_maps
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap
+
+from femdem.figures import maps, style
 
 TAILS = (
     1.0  # per cent of the triangles left out at either end of the rock's colours: corners would take them all
@@ -78,16 +77,16 @@ def draw_rock(figure, axes, corners, values, text, limits, under_joints):
     )
     drawn.set_clim(least, largest)
     axes.add_collection(drawn)
-    network_maps.colour_bar(figure, drawn, axes, text, values, shrink=0.8)
+    maps.colour_bar(figure, drawn, axes, text, values, shrink=0.8)
 
 
 def draw_joints(figure, axes, mesh, shown, values, text, limits, width):
     """The joint elements shown; single ones with extreme values are neither thick nor the end of the colours"""
-    lines, length = mesh.joint_lines[shown], network_maps.lengths(mesh.joint_lines[shown])
-    colour_map, least, largest = colours(np.clip(values, *network_maps.inner_range(values, length)), limits)
-    means = network_maps.edge_means(mesh.block_edge[shown], length, np.abs(values))
+    lines, length = mesh.joint_lines[shown], maps.lengths(mesh.joint_lines[shown])
+    colour_map, least, largest = colours(np.clip(values, *maps.inner_range(values, length)), limits)
+    means = maps.edge_means(mesh.block_edge[shown], length, np.abs(values))
     span = max(abs(least), abs(largest))
-    share = np.clip(means / span, 0, 1) * network_maps.slenderness(mesh.block_edge[shown], lines)
+    share = np.clip(means / span, 0, 1) * maps.slenderness(mesh.block_edge[shown], lines)
     widths = width if width else THIN + (THICK - THIN) * share
     # Block edges with large values last, so that they are not covered.
     order = np.argsort(means, kind="stable")
@@ -103,11 +102,11 @@ def draw_joints(figure, axes, mesh, shown, values, text, limits, width):
     )
     drawn.set_clim(least, largest)
     axes.add_collection(drawn)
-    network_maps.colour_bar(figure, drawn, axes, text, values, shrink=0.8)
+    maps.colour_bar(figure, drawn, axes, text, values, shrink=0.8)
 
 
-def main():
-    arguments = style.parser(__doc__, several=False)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__, several=False)
     arguments.add_argument("--rock", help="field on nodes or triangles; a vector's component: displacement.x")
     arguments.add_argument("--joints", help="quantity of the joints")
     arguments.add_argument("--step", type=int, default=-1, help="snapshot, from 0 (default: last)")
@@ -126,7 +125,7 @@ def main():
     )
     arguments.add_argument("--cracks", action="store_true", help="draw the cracks of cracks.csv in red")
     arguments.add_argument("--list", action="store_true", help="list the fields and stop")
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     run = style.Results(arguments.results)
     fields = run.fields
     if arguments.list or not (arguments.rock or arguments.joints):
@@ -161,7 +160,7 @@ def main():
     elif len(mesh.joints):
         axes.add_collection(LineCollection(mesh.joint_lines[shown], color="#222222", linewidth=0.6))
     if arguments.cracks:
-        number = network_maps.draw_cracks(axes, run, fields.times[arguments.step])
+        number = maps.draw_cracks(axes, run, fields.times[arguments.step])
         print(f"{number} broken joints")
     axes.set_aspect("equal")
     axes.autoscale_view()
@@ -171,10 +170,6 @@ def main():
     axes.set_ylabel("y [m]")
     time = fields.times[arguments.step]
     axes.set_title(
-        f"{network_maps.stage_name(fields.stages[arguments.step])}, cycle {fields.cycles[arguments.step]}, t = {time:.4g} s"
+        f"{maps.stage_name(fields.stages[arguments.step])}, cycle {fields.cycles[arguments.step]}, t = {time:.4g} s"
     )
-    style.save(figure, arguments.out, run.directory, "map")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, [run], "map")

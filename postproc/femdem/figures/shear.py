@@ -1,14 +1,14 @@
-#!/usr/bin/env python3
 """Shear stress against shear displacement of one or several runs, with the empirical law (eq 13) as points.
 
-    plot_shear.py results_6cm results_12cm --labels "6 cm" "12 cm" --out shear
+    femdem-plot shear results_6cm results_12cm --labels "6 cm" "12 cm" --out shear
 
 Prints the error of each run: root mean square and worst difference from eq 13, in per cent of the peak.
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
 import numpy as np
+
+from femdem.figures import style
 
 # Points of the empirical law drawn along a curve; more of them before the peak, where it bends
 POINTS_TO_PEAK, POINTS_AFTER = 9, 14
@@ -85,22 +85,18 @@ def draw_shear(axes, runs, labels, group=None, length=None, normal_stress=None, 
     return TABLE, table
 
 
-def main():
-    arguments = style.parser(__doc__)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__)
     style.joint_arguments(arguments)
     arguments.add_argument(
         "--normal-stress", type=float, help="normal stress of eq 13 in MPa (default: mean of the history)"
     )
     arguments.add_argument("--unit", choices=["kPa", "MPa"], default="kPa", help="unit of the stress axis")
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     runs, labels = style.open_results(arguments)
     figure, axes = plt.subplots()
     header, table = draw_shear(
         axes, runs, labels, arguments.group, arguments.length, arguments.normal_stress, arguments.unit
     )
     style.error_table(header, table, arguments.csv)
-    style.save(figure, arguments.out, runs[0].directory, "shear")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, runs, "shear")

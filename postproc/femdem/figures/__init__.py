@@ -1,0 +1,1 @@
+"""Figures of results: one module a figure, drawn by femdem-plot NAME."""

@@ -1,0 +1,1 @@
+"""Fracture networks: random traces, cleaning, meshes, and runs under in-situ stresses."""

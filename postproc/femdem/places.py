@@ -1,0 +1,41 @@
+"""Where the program is, and where results go, from a checkout of the project or from an installed package."""
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+PACKAGES = Path(__file__).resolve().parents[1]  # the folder that holds this package
+PROGRAM_NAME = "femdem"
+
+
+def checkout():
+    """Top of the project this package lies in; none when it is installed elsewhere."""
+    top = PACKAGES.parent
+    return top if (top / "CMakeLists.txt").is_file() and (top / "run.sh").is_file() else None
+
+
+def program():
+    """The program: $FEMDEM, the build of the checkout, or the first in PATH."""
+    top = checkout()
+    if os.environ.get("FEMDEM"):
+        return Path(os.environ["FEMDEM"])
+    if top:
+        return top / "build" / PROGRAM_NAME
+    return Path(shutil.which(PROGRAM_NAME) or PROGRAM_NAME)
+
+
+def results():
+    """Where results go that are given no other place"""
+    return (checkout() or Path.cwd()) / "results"
+
+
+def module(name, *words):
+    """Command that runs a module of this package; it needs environment()"""
+    return [sys.executable, "-m", name, *words]
+
+
+def environment():
+    """Environment in which another Python finds this package, installed or not"""
+    paths = [str(PACKAGES), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return dict(os.environ, PYTHONPATH=os.pathsep.join(paths))
