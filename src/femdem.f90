@@ -23,11 +23,13 @@ program femdem
    use cracks_m, only: start_cracks
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
+   use effort_m, only: check_effort
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
    use implicit_m, only: implicit_cycle, implicit_solver_t
    use relaxation_m, only: relaxation_cycle
    use results_m, only: results_t, results_directory, check_directory
    use run_checkpoint_m, only: place_t, load_run
+   use watchdog_m, only: watchdog_t
    use story_m, only: say_start, say_stage, say_end, say_stopped, command_text
    implicit none
    type(command_t) :: command
@@ -43,6 +45,7 @@ program femdem
    type(progress_t) :: progress
    type(error_list_t) :: errors, deck_warnings, warnings, notes
    type(lock_t) :: lock
+   type(watchdog_t) :: watchdog
    character(len=:), allocatable :: directory, taken_over
    integer :: stage, cycle, status
 
@@ -86,6 +89,8 @@ program femdem
    if (errors%any()) call stop_with(status_bad_input)
    call start_cracks(scene, log, state)
    call say_plan(scene, mesh, log)
+   call check_effort(scene, state, log, errors)
+   if (errors%any()) call stop_with(status_bad_input)
    if (command%check) then
       call begin_stage(scene, 1, state)
       call check_given_step(scene, 1, state, errors)
@@ -105,6 +110,7 @@ program femdem
    ! The run: stages, each of equal load increments
    call progress%start()
    if (command%restart == '') call start_account(scene, state)
+   call watchdog%start(state%energy, sum(scene%solid%area*maxval(deck%material%young)))
    do stage = 1, size(deck%stage)
       call begin_stage(scene, stage, state)
       if (stage < done%stage .or. (stage == done%stage .and. done%cycle >= deck%stage(stage)%cycles)) cycle
@@ -121,6 +127,8 @@ program femdem
          case (solver_relaxation)
             call relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
          end select
+         if (.not. (errors%any() .or. report%interrupted)) &
+            call watchdog%look(state%energy, state%time, deck%stage(stage)%name, cycle, log, errors)
          place = place_t(stage, cycle)
          if (errors%any() .or. report%interrupted) call results%record_last_cycle(errors)
          if (allocated(report%moved)) call results%record_failure(scene, state, place, report%unbalanced, report%moved, errors)
@@ -141,6 +149,7 @@ program femdem
    call solver%close(log)
    call results%close()
    call say_end(directory, scene, state, progress, log)
+   call watchdog%say_end(log)
    call log%close()
    call lock%release()
 
