@@ -44,6 +44,12 @@ module lock_m
          integer(c_int), value :: process, signal
       end function c_kill
 
+      !> A second name of a file; not 0 when that name is taken
+      integer(c_int) function c_link(from, to) bind(c, name='link')
+         import :: c_int, c_char
+         character(kind=c_char), intent(in) :: from(*), to(*)
+      end function c_link
+
       integer(c_int) function c_gethostname(name, length) bind(c, name='gethostname')
          import :: c_char, c_int, c_size_t
          character(kind=c_char), intent(out) :: name(*)
@@ -107,7 +113,8 @@ contains
       deallocate (self%path)
    end subroutine release
 
-   !> Make the file, if there is none: opening a new file succeeds for one process only.
+   !> Make the file, if there is none: it is written under another name and gets its own in one step, which succeeds for one process
+   !> only, so that a lock always says whose it is.
    subroutine make_lock(path, made, status, message)
       character(len=*), intent(in) :: path
       logical, intent(out) :: made
@@ -115,18 +122,19 @@ contains
       integer, intent(out) :: status
       character(len=*), intent(inout) :: message
       type(owner_t) :: owner
+      character(len=:), allocatable :: draft
       integer :: unit
 
       made = .false.
-      open (newunit=unit, file=path, action='write', status='new', iostat=status, iomsg=message)
-      if (status /= 0) return
       owner = this_process()
+      draft = path//'.'//to_text(owner%process)
+      open (newunit=unit, file=draft, action='write', status='replace', iostat=status, iomsg=message)
+      if (status /= 0) return
       write (unit, '(a)', iostat=status, iomsg=message) to_text(owner%process), trim(owner%host), trim(owner%since), &
          trim(owner%clock)
       if (status == 0) flush (unit, iostat=status, iomsg=message)
-      made = status == 0
-      if (made) close (unit, iostat=status)
-      if (.not. made) close (unit, status='delete', iostat=status)
+      if (status == 0) made = c_link(draft//c_null_char, path//c_null_char) == 0
+      close (unit, status='delete', iostat=status)
    end subroutine make_lock
 
    !> This process.
