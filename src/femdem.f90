@@ -1,9 +1,11 @@
 !> JCM-FEMDEM: fractured rock in two dimensions, with its joints as they really behave.
 program femdem
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use errors_m, only: error_list_t, status_ok, status_failed, status_bad_input
+   use errors_m, only: error_list_t, status_ok, status_failed, status_bad_input, status_stopped
    use exit_m, only: exit_with
    use files_m, only: make_directory
+   use interrupt_m, only: catch_signals, stop_wanted, write_beyond_limits
+   use lock_m, only: lock_t
    use log_m, only: log_t, progress_t
    use text_m, only: to_text
    use version_m, only: program_version, program_commit
@@ -21,12 +23,14 @@ program femdem
    use cracks_m, only: start_cracks
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
+   use effort_m, only: check_effort
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
    use implicit_m, only: implicit_cycle, implicit_solver_t
    use relaxation_m, only: relaxation_cycle
    use results_m, only: results_t, results_directory, check_directory
    use run_checkpoint_m, only: place_t, load_run
-   use story_m, only: say_start, say_stage, say_end, command_text
+   use watchdog_m, only: watchdog_t
+   use story_m, only: say_start, say_stage, say_end, say_stopped, command_text
    implicit none
    type(command_t) :: command
    type(deck_t) :: deck
@@ -39,8 +43,10 @@ program femdem
    type(cycle_report_t) :: report
    type(log_t) :: log
    type(progress_t) :: progress
-   type(error_list_t) :: errors, deck_warnings, warnings
-   character(len=:), allocatable :: directory
+   type(error_list_t) :: errors, deck_warnings, warnings, notes
+   type(lock_t) :: lock
+   type(watchdog_t) :: watchdog
+   character(len=:), allocatable :: directory, taken_over
    integer :: stage, cycle, status
 
    call read_command_line(command, errors)
@@ -51,6 +57,7 @@ program femdem
       call exit_with(status_ok)
    end if
    log%quiet = command%quiet
+   call write_beyond_limits()
 
    ! Deck and mesh, checked together before anything else is done
    call read_deck(command%deck, deck, errors)
@@ -71,8 +78,10 @@ program femdem
    if (.not. command%check) then
       call make_directory(directory, status)
       if (status /= 0) call errors%add('the results directory '//directory//' cannot be made or written to')
+      if (status == 0) call lock%take(directory, taken_over, errors)
       if (errors%any()) call stop_with(status_bad_input)
-      call log%open(directory//'/run.log', status)
+      call log%open(directory//'/run.log', command%restart /= '', status)
+      if (taken_over /= '') call log%say(taken_over)
    end if
    call say_start(deck, log)
    call order_mesh(mesh)
@@ -80,6 +89,8 @@ program femdem
    if (errors%any()) call stop_with(status_bad_input)
    call start_cracks(scene, log, state)
    call say_plan(scene, mesh, log)
+   call check_effort(scene, state, log, errors)
+   if (errors%any()) call stop_with(status_bad_input)
    if (command%check) then
       call begin_stage(scene, 1, state)
       call check_given_step(scene, 1, state, errors)
@@ -87,14 +98,19 @@ program femdem
       call log%say('the input is good')
       call exit_with(status_ok)
    end if
-   if (command%restart /= '') call load_run(command%restart, scene, state, done, errors)
+   if (command%restart /= '') call load_run(command%restart, command%branch, scene, state, done, errors)
    if (errors%any()) call stop_with(status_bad_input)
-   call results%open(directory, scene, state, command_text(), command%restart /= '', errors)
+   call catch_signals()
+   call results%open(directory, scene, state, command_text(), command%restart /= '', done, notes, errors)
+   do status = 1, notes%count()
+      call log%warn(notes%text(status))
+   end do
    if (errors%any()) call stop_with(status_bad_input)
 
    ! The run: stages, each of equal load increments
    call progress%start()
    if (command%restart == '') call start_account(scene, state)
+   call watchdog%start(state%energy, sum(scene%solid%area*maxval(deck%material%young)))
    do stage = 1, size(deck%stage)
       call begin_stage(scene, stage, state)
       if (stage < done%stage .or. (stage == done%stage .and. done%cycle >= deck%stage(stage)%cycles)) cycle
@@ -111,20 +127,31 @@ program femdem
          case (solver_relaxation)
             call relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
          end select
+         if (.not. (errors%any() .or. report%interrupted)) &
+            call watchdog%look(state%energy, state%time, deck%stage(stage)%name, cycle, log, errors)
          place = place_t(stage, cycle)
-         if (errors%any()) call results%record_last_cycle(errors)
+         if (errors%any() .or. report%interrupted) call results%record_last_cycle(errors)
          if (allocated(report%moved)) call results%record_failure(scene, state, place, report%unbalanced, report%moved, errors)
          if (errors%any()) call stop_with(status_failed)
+         if (report%interrupted) call stop_on_signal()
          call results%record(scene, state, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
                              stage == size(deck%stage) .and. cycle == deck%stage(stage)%cycles, errors)
          if (errors%any()) call stop_with(status_failed)
+         done = place
+         if (stop_wanted()) then
+            call results%record_last_cycle(errors)
+            if (errors%any()) call stop_with(status_failed)
+            call stop_on_signal()
+         end if
       end do
       call say_stage(scene, stage, state, report, log)
    end do
    call solver%close(log)
    call results%close()
    call say_end(directory, scene, state, progress, log)
+   call watchdog%say_end(log)
    call log%close()
+   call lock%release()
 
 contains
 
@@ -136,7 +163,15 @@ contains
       if (log%file /= 0) call errors%write(log%file)
       call results%close()
       call log%close()
+      call lock%release()
       call exit_with(status)
    end subroutine stop_with
+
+   !> A signal has asked the run to stop, and all that was completed is written: say how to go on.
+   subroutine stop_on_signal()
+
+      call say_stopped(directory//'/checkpoint.h5', scene, done%stage, done%cycle, log)
+      call stop_with(status_stopped)
+   end subroutine stop_on_signal
 
 end program femdem

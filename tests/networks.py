@@ -182,7 +182,7 @@ def run_task(
                         deck(template, settings, model, phase, dict([PHASE_1, (phase, loads)]), {}),
                         encoding="utf-8",
                     )
-                    branch = [] if phase == PHASE_1[0] else ["--restart", first / "checkpoint.h5"]
+                    branch = [] if phase == PHASE_1[0] else ["--branch", first / "checkpoint.h5"]
                     command = [program(), *branch, "--quiet", "--output", place / name, f"{name}.nml"]
                     row["cpu_s"], failed = call(command, place, timeout)
                     row["message"] = failed or ""

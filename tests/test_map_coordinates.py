@@ -63,8 +63,8 @@ def test_the_answer_is_that_at_the_origin(solver, place, femdem, tmp_path):
     there = go(femdem, deck, place, tmp_path / "there")
     assert_same(there, origin)
     # Goes on from its checkpoint
-    go(femdem, more, (0, 0), origin, "--restart", "results/checkpoint.h5")
-    go(femdem, more, place, there, "--restart", "results/checkpoint.h5")
+    go(femdem, more, (0, 0), origin, "--branch", "results/checkpoint.h5")
+    go(femdem, more, place, there, "--branch", "results/checkpoint.h5")
     assert_same(there, origin)
     moved = Results(there / "results").fields.mesh().coordinates - place
     assert np.abs(moved - Results(origin / "results").fields.mesh().coordinates).max() <= 1e-8

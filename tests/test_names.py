@@ -49,7 +49,7 @@ def test_names_come_back(name, femdem, tmp_path):
     assert {row["stage"] for row in rows} == {name}, "nothing broke, or the stage has another name"
     # Goes on with its own tables
     more = deck + "&stage name = 'more', move_time = 1e-3 /\n"
-    done = run(femdem, mesh, more, tmp_path, "--restart", "results/checkpoint.h5")
+    done = run(femdem, mesh, more, tmp_path, "--branch", "results/checkpoint.h5")
     assert done.returncode == 0, done.stderr
     assert len(Results(tmp_path / "results").history) == 2
 

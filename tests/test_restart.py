@@ -104,16 +104,46 @@ def test_a_restart_names_what_differs_in_the_deck(old, new, group, value, femdem
     assert DECK.count(old) == 1
     (folder / "deck" / "user.nml").write_text(DECK.replace(old, new) + SHEAR)
     checkpoint = "deck/out/first/checkpoint.h5"
-    said = run(femdem, folder, "--restart", checkpoint, "--output", "second", "deck/user.nml", status=2)
+    said = run(femdem, folder, "--branch", checkpoint, "--output", "second", "deck/user.nml", status=2)
     assert group in said
     assert value in said
     assert len(said.splitlines()) == 1, said
 
 
 @pytest.mark.fast
-def test_a_restart_may_add_stages_and_change_how_it_is_solved_and_written(femdem, folder):
+def test_a_branch_may_add_stages_and_change_how_it_is_solved_and_written(femdem, folder):
     run(femdem, folder, "deck/user.nml")
     deck = DECK.replace("out/first", "out/second") + SHEAR + "&implicit tolerance = 1e-7 /\n"
+    (folder / "deck" / "user.nml").write_text(deck)
+    run(femdem, folder, "--branch", "deck/out/first/checkpoint.h5", "deck/user.nml")
+
+
+RESTART_CHANGES = [
+    ("'implicit'", "'relaxation'", "&run: solver was 'implicit' when it was written, and is 'relaxation'"),
+    ("&output", "&stage name = 'more', move_time = 1 /\n&output", "was written without &stage 2"),
+    ("&output", "&implicit tolerance = 1e-8 /\n&output", "&implicit: tolerance was 1e-7 when it was written"),
+    ("move_time = 0.01", "move_time = 0.02", "&stage 1: move_time was 0.01"),
+]
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(("old", "new", "expect"), RESTART_CHANGES, ids=[c[1][:20] for c in RESTART_CHANGES])
+def test_a_restart_goes_on_with_the_same_run_only(old, new, expect, femdem, folder):
+    """Later stages, solver and its settings too; --branch says that they are changed on purpose"""
+    run(femdem, folder, "deck/user.nml")
+    checkpoint = "deck/out/first/checkpoint.h5"
+    (folder / "deck" / "user.nml").write_text(DECK.replace(old, new))
+    said = run(femdem, folder, "--restart", checkpoint, "deck/user.nml", status=2)
+    assert expect in said
+    assert "--branch in its place goes on with other stages" in said
+    if "move_time = 0.02" not in new:
+        run(femdem, folder, "--branch", checkpoint, "--output", "second", "deck/user.nml")
+
+
+@pytest.mark.fast
+def test_a_restart_may_change_what_is_written_and_where(femdem, folder):
+    run(femdem, folder, "deck/user.nml")
+    deck = DECK.replace("&run", "&run title = 'again',").replace("out/first' /", "out/2', fields_every = 1 /")
     (folder / "deck" / "user.nml").write_text(deck)
     run(femdem, folder, "--restart", "deck/out/first/checkpoint.h5", "deck/user.nml")
 
@@ -139,7 +169,7 @@ def test_a_restart_names_what_differs_in_the_mesh(old, new, what, femdem, folder
     (folder / "mesh" / "box.msh").write_text(mesh)
     (folder / "deck" / "user.nml").write_text(DECK + SHEAR)
     checkpoint = "deck/out/first/checkpoint.h5"
-    said = run(femdem, folder, "--restart", checkpoint, "--output", "second", "deck/user.nml", status=2)
+    said = run(femdem, folder, "--branch", checkpoint, "--output", "second", "deck/user.nml", status=2)
     assert what in said
 
 
@@ -149,7 +179,7 @@ def test_masses_that_were_raised_are_not_forgotten(femdem, folder):
     deck = DECK.replace("implicit", "explicit") + scaled
     (folder / "deck" / "user.nml").write_text(deck)
     run(femdem, folder, "deck/user.nml")
-    options = ("--restart", "deck/out/first/checkpoint.h5", "--output", "second", "deck/user.nml")
+    options = ("--branch", "deck/out/first/checkpoint.h5", "--output", "second", "deck/user.nml")
     (folder / "deck" / "user.nml").write_text(deck.replace(scaled, "") + SHEAR)
     said = run(femdem, folder, *options, status=2)
     assert "&explicit: mass_scaling was 'step' when it was written, and is 'none' in this deck" in said

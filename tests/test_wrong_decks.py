@@ -119,6 +119,42 @@ def test_unstable_step(option, femdem, tmp_path):
         assert fragment in result.stderr
 
 
+ENDLESS = {
+    "cycles": ("cycles = 50", "cycles = 999999999"),
+    "time": ("name = 'load'\n   move_time = 0.01", "name = 'load'\n   move_time = 1e8"),
+    "stiffness": ("phi_r = 31", "phi_r = 31\n   law = 'coulomb'\n   kn_mpa_mm = 1e9\n   ks_mpa_mm = 1e9"),
+    "safety": ("damping = 'local'", "damping = 'local'\n   safety = 1e-4"),
+}
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("what", ENDLESS)
+def test_endless_runs_are_announced_before_they_start(what, femdem, tmp_path):
+    old, new = ENDLESS[what]
+    deck = BASE.replace(old, new).replace(
+        "   law = 'jcm'\n", "" if what == "stiffness" else "   law = 'jcm'\n"
+    )
+    if what in ("stiffness", "safety"):
+        deck = deck.replace("cycles = 50", "cycles = 90000")
+    result = check(femdem, deck, tmp_path)
+    assert result.returncode == 2
+    assert "input.nml:2: &run long = .false.: the run would take about" in result.stderr
+    assert "steps of 4 triangles, some " in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    # It is meant
+    result = check(femdem, deck.replace("&run\n", "&run\n   long = .true.\n"), tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "effort    about" in result.stdout
+
+
+@pytest.mark.fast
+def test_endless_runs_of_other_solvers_too(femdem, tmp_path):
+    deck = BASE.replace("'explicit'", "'implicit'").replace("cycles = 50", "cycles = 100000000")
+    result = check(femdem, deck.replace("   damping = 'local'\n", ""), tmp_path)
+    assert result.returncode == 2
+    assert "the run would take 100000001 increments of 4 triangles, some " in result.stderr
+
+
 @pytest.mark.fast
 def test_no_deck_at_all(femdem, tmp_path):
     result = run(femdem, ["--check", "nothing.nml"], tmp_path)
@@ -143,11 +179,14 @@ def test_no_deck_inside(content, femdem, tmp_path):
     [
         (b"\x00\x01\xff" * 5000, "is no text file"),
         (b"\x1f\x8b\x08" + bytes(range(256)) * 20, "is no text file"),
+        (bytes(range(128, 256)) * 40, "is no text file"),
+        (BASE.encode() + bytes(range(1, 256)) * 40, "is no text file"),
+        (BASE.encode() * 20 + b"\x00\x01\x02", "is no text file"),
         (BASE.encode("utf-16"), "is written in UTF-16"),
         (BASE.encode("utf-16-le"), "is written in UTF-16"),
         (BASE.encode("utf-16-be"), "is written in UTF-16"),
     ],
-    ids=["binary", "packed", "UTF-16", "UTF-16 LE", "UTF-16 BE"],
+    ids=["binary", "packed", "upper half", "at its end", "far behind", "UTF-16", "UTF-16 LE", "UTF-16 BE"],
 )
 def test_what_is_no_deck_has_one_message(content, expect, femdem, tmp_path):
     result = check(femdem, content, tmp_path)

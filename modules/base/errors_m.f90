@@ -3,8 +3,8 @@ module errors_m
    implicit none
    private
 
-   !> Exit status of the program: done, the run failed, the input is wrong
-   integer, parameter, public :: status_ok = 0, status_failed = 1, status_bad_input = 2
+   !> Exit status of the program: done, the run failed, the input is wrong, stopped by a signal with all that was done kept
+   integer, parameter, public :: status_ok = 0, status_failed = 1, status_bad_input = 2, status_stopped = 3
 
    type :: message_t
       character(len=:), allocatable :: text
@@ -17,6 +17,7 @@ module errors_m
       type(message_t), allocatable :: message(:)
    contains
       procedure :: add
+      procedure :: append
       procedure :: count => error_count
       procedure :: any => any_error
       procedure :: text
@@ -41,6 +42,17 @@ contains
       self%n = self%n + 1
       self%message(self%n)%text = trim(text)
    end subroutine add
+
+   !> Append all messages of another list.
+   subroutine append(self, other)
+      class(error_list_t), intent(inout) :: self
+      class(error_list_t), intent(in) :: other
+      integer :: i
+
+      do i = 1, other%n
+         call self%add(other%message(i)%text)
+      end do
+   end subroutine append
 
    !> Number of messages.
    pure integer function error_count(self)
@@ -73,12 +85,13 @@ contains
       !> Prefix of each line, 'warning: ' for a list of warnings
       character(len=*), intent(in), optional :: prefix
       character(len=:), allocatable :: start
-      integer :: i
+      integer :: i, status
 
       start = 'error: '
       if (present(prefix)) start = prefix
       do i = 1, self%n
-         write (unit, '(a)') start//self%message(i)%text
+         ! Where there is no room to say it there is nobody to tell
+         write (unit, '(a)', iostat=status) start//self%message(i)%text
       end do
    end subroutine write_errors
 

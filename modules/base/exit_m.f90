@@ -21,9 +21,10 @@ contains
    subroutine exit_with(status)
       !> Exit status
       integer, intent(in) :: status
+      integer :: ignored
 
-      flush (output_unit)
-      flush (error_unit)
+      flush (output_unit, iostat=ignored)
+      flush (error_unit, iostat=ignored)
       call c_exit(int(status, c_int))
    end subroutine exit_with
 

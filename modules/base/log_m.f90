@@ -36,13 +36,19 @@ module log_m
 contains
 
    !> Open the log file; on failure the log stays on the screen alone and status is non-zero.
-   subroutine open_log(self, path, status)
+   subroutine open_log(self, path, go_on, status)
       class(log_t), intent(inout) :: self
       character(len=*), intent(in) :: path
+      !> Add to what an earlier run has said, in place of starting anew?
+      logical, intent(in) :: go_on
       integer, intent(out) :: status
       integer :: unit
 
-      open (newunit=unit, file=path, action='write', status='replace', iostat=status)
+      if (go_on) then
+         open (newunit=unit, file=path, action='write', position='append', iostat=status)
+      else
+         open (newunit=unit, file=path, action='write', status='replace', iostat=status)
+      end if
       if (status == 0) self%file = unit
    end subroutine open_log
 
@@ -50,10 +56,12 @@ contains
    subroutine say(self, text)
       class(log_t), intent(in) :: self
       character(len=*), intent(in) :: text
+      integer :: status
 
       if (.not. self%quiet) then
-         write (output_unit, '(a)') text
-         flush (output_unit)
+         ! A story that cannot be told (disk full, reader gone) is no reason to end the run
+         write (output_unit, '(a)', iostat=status) text
+         flush (output_unit, iostat=status)
       end if
       call to_file(self, text)
    end subroutine say
@@ -62,15 +70,17 @@ contains
    subroutine warn(self, text)
       class(log_t), intent(in) :: self
       character(len=*), intent(in) :: text
+      integer :: status
 
-      write (error_unit, '(a)') 'warning: '//text
+      write (error_unit, '(a)', iostat=status) 'warning: '//text
       call to_file(self, 'warning: '//text)
    end subroutine warn
 
    subroutine close_log(self)
       class(log_t), intent(inout) :: self
+      integer :: status
 
-      if (self%file /= 0) close (self%file)
+      if (self%file /= 0) close (self%file, iostat=status)
       self%file = 0
    end subroutine close_log
 
@@ -113,10 +123,11 @@ contains
    subroutine to_file(self, text)
       class(log_t), intent(in) :: self
       character(len=*), intent(in) :: text
+      integer :: status
 
       if (self%file == 0) return
-      write (self%file, '(a)') text
-      flush (self%file)
+      write (self%file, '(a)', iostat=status) text
+      flush (self%file, iostat=status)
    end subroutine to_file
 
 end module log_m

@@ -2,11 +2,12 @@
 module boundary_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set
+   use bounds_m, only: least_size, fastest, most_stress
    use errors_m, only: error_list_t
    use text_m, only: quoted, to_text
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
-                              check_given, check_needed
+                              check_given, check_needed, check_size
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
@@ -95,6 +96,14 @@ contains
       call check_given(errors, slice, 'group', boundary%group, 'a physical point, curve or surface of the mesh')
       call check_given(errors, slice, 'stage', boundary%stage, 'the name of a stage, or '//quoted(every_stage))
       if (.not. any(given)) call errors%add(place//'prescribes nothing: give at least one of '//all_prescribed())
+      call check_size(errors, slice, 'vx', boundary%vx, least_size, fastest)
+      call check_size(errors, slice, 'vy', boundary%vy, least_size, fastest)
+      call check_size(errors, slice, 'tx', boundary%tx, least_size, most_stress)
+      call check_size(errors, slice, 'ty', boundary%ty, least_size, most_stress)
+      call check_size(errors, slice, 'pressure', boundary%pressure, least_size, most_stress)
+      call check_size(errors, slice, 'sxx', boundary%sxx, least_size, most_stress)
+      call check_size(errors, slice, 'syy', boundary%syy, least_size, most_stress)
+      call check_size(errors, slice, 'sxy', boundary%sxy, least_size, most_stress)
       if (any(given(stresses))) then
          call check_needed(errors, slice, 'sxx', boundary%sxx, 'a far-field stress')
          call check_needed(errors, slice, 'syy', boundary%syy, 'a far-field stress')

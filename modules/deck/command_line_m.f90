@@ -16,10 +16,12 @@ module command_line_m
       character(len=:), allocatable :: deck, output, restart
       !> Check the input only; nothing but errors on the screen; print the version or the help, and nothing else
       logical :: check = .false., quiet = .false., version = .false., help = .false.
+      !> Go on with other stages or another solver than the run that wrote the checkpoint?
+      logical :: branch = .false.
    end type command_t
 
    character(len=*), parameter :: options(*) = &
-                                  [character(len=9) :: '--check', '--output', '--restart', '--quiet', &
+                                  [character(len=9) :: '--check', '--output', '--restart', '--branch', '--quiet', &
                                                         '--version', '--help', '-h']
 
 contains
@@ -63,8 +65,8 @@ contains
             command%help = .true.
          case ('--output')
             call take_value(argument, i, 'a directory', command%output, errors)
-         case ('--restart')
-            call take_value(argument, i, 'a checkpoint file', command%restart, errors)
+         case ('--restart', '--branch')
+            call take_checkpoint(argument, i, command, errors)
          case default
             call take_deck(trim(argument(i)), command, errors)
          end select
@@ -95,6 +97,22 @@ contains
          value = trim(argument(i))
       end if
    end subroutine take_value
+
+   !> --restart or --branch, one of them.
+   subroutine take_checkpoint(argument, i, command, errors)
+      character(len=*), intent(in) :: argument(:)
+      !> In: the option; out: the last argument used
+      integer, intent(inout) :: i
+      type(command_t), intent(inout) :: command
+      type(error_list_t), intent(inout) :: errors
+      logical :: branch
+
+      branch = argument(i) == '--branch'
+      if (command%restart /= '' .and. (branch .neqv. command%branch)) &
+         call errors%add('options --restart and --branch go on from one checkpoint: give one of them')
+      command%branch = branch
+      call take_value(argument, i, 'a checkpoint file', command%restart, errors)
+   end subroutine take_checkpoint
 
    !> An argument that is no known option is the deck.
    subroutine take_deck(argument, command, errors)
@@ -138,11 +156,13 @@ contains
          '  --output DIR    write the results to DIR instead of the directory named in the deck;'//line// &
          '                  DIR is relative to the working directory'//line// &
          '  --restart FILE  go on from a checkpoint of an earlier run of the same deck'//line// &
+         '  --branch FILE   go on from a checkpoint with other stages, loads to come or another solver'//line// &
          '  --quiet         print nothing but warnings and errors'//line// &
          '  --version       print the version and stop'//line// &
          '  --help, -h      print this text and stop'//line// &
          line// &
-         'exit status: 0 done; 1 the run failed; 2 the input is wrong.'//line// &
+         'exit status: 0 done; 1 the run failed; 2 the input is wrong; 3 stopped by SIGTERM, SIGINT or SIGHUP, to go'//line// &
+         'on with --restart.'//line// &
          'Results: history.csv, edges.csv, fields.h5 with fields.xdmf, checkpoint.h5, run.log, deck.nml.'//line// &
          'The manual explains every group and variable of a deck in manual/input.md.'
    end function help_text

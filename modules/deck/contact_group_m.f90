@@ -1,6 +1,7 @@
 !> The group &contact: contact between free surfaces, away from the fractures' own walls.
 module contact_group_m
    use kinds_m, only: wp
+   use bounds_m, only: least_part
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_number, a_switch, an_option, option_length, namelist_text, &
@@ -69,8 +70,8 @@ contains
 
       call check_choice(errors, slice, 'friction', contact%friction, frictions)
       call check_range(errors, slice, 'friction_angle', contact%friction_angle, least=0.0_wp, below=right_angle)
-      call check_range(errors, slice, 'skin_factor', contact%skin_factor, above=0.0_wp, most=1.0_wp)
-      call check_range(errors, slice, 'tangential_factor', contact%tangential_factor, above=0.0_wp, most=10.0_wp)
+      call check_range(errors, slice, 'skin_factor', contact%skin_factor, least=least_part, most=1.0_wp)
+      call check_range(errors, slice, 'tangential_factor', contact%tangential_factor, least=least_part, most=10.0_wp)
       call check_range(errors, slice, 'corner_factor', contact%corner_factor, least=0.0_wp, most=1000.0_wp)
    end subroutine check_contact
 

@@ -217,12 +217,14 @@ contains
    end function occurrence
 
    !> Write the effective deck: every variable of every group, defaults too. It can be read again.
-   subroutine write_deck(deck, unit)
+   subroutine write_deck(deck, unit, status)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: unit
+      !> 0 when all of it has been written
+      integer, intent(out) :: status
       integer :: i
 
-      write (unit, '(a,/)') written_by_program//' Read from '//deck%path
+      write (unit, '(a,/)', iostat=status) written_by_program//' Read from '//deck%path
       call write_run(deck%run, unit)
       do i = 1, size(deck%material)
          call write_material(deck%material(i), unit)
@@ -252,6 +254,7 @@ contains
       call write_relaxation(deck%relaxation, unit)
       call write_plan(deck%plan, unit)
       call write_output(deck%output, unit)
+      if (status == 0) flush (unit, iostat=status)
    end subroutine write_deck
 
 end module deck_m

@@ -9,7 +9,7 @@ module deck_text_m
    public :: what_file_is, plain_text, is_line_end
 
    character, parameter :: tab = achar(9), line_feed = achar(10), carriage_return = achar(13), null = achar(0)
-   !> Bytes at the start of a file that tell what it is, and how many of them may be control characters: one in ten
+   !> Bytes at the start of a file that tell what it is, and how many of them may be odd ones: one in ten
    integer, parameter :: looked_at = 4096
    integer, parameter :: one_in = 10
    !> Distinct messages before the rest is only counted
@@ -62,15 +62,13 @@ contains
       !> All bytes of the file
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: what
-      integer :: i, n, nulls(0:1), controls
+      integer :: i, n, nulls(0:1)
 
       what = ''
       n = min(len(text), looked_at)
       nulls = 0
-      controls = 0
       do i = 1, n
          if (text(i:i) == null) nulls(mod(i, 2)) = nulls(mod(i, 2)) + 1
-         if (text(i:i) < ' ' .and. index(tab//line_feed//carriage_return, text(i:i)) == 0) controls = controls + 1
       end do
       if (n >= 2) then
          if (any(text(:2) == [char(255)//char(254), char(254)//char(255)]) .or. &
@@ -79,8 +77,24 @@ contains
             return
          end if
       end if
-      if (sum(nulls) > 0 .or. one_in*controls > n) what = 'is no text file; must be a deck, such as those in input/'
+      if (index(text, null) > 0 .or. one_in*odd_bytes(text(:n)) > n .or. one_in*odd_bytes(text) > len(text)) &
+         what = 'is no text file; must be a deck, such as those in input/'
    end function what_file_is
+
+   !> Bytes that are seldom in a text: control characters, and what is no UTF-8.
+   pure integer function odd_bytes(text) result(odd)
+      character(len=*), intent(in) :: text
+      integer :: i, code, bytes
+
+      odd = 0
+      i = 1
+      do while (i <= len(text))
+         call decode(text, i, code, bytes)
+         if (bytes == 1 .and. code >= 128) odd = odd + 1
+         if (code < 32 .and. index(tab//line_feed//carriage_return, text(i:i)) == 0) odd = odd + 1
+         i = i + bytes
+      end do
+   end function odd_bytes
 
    !> The text with plain characters outside comments and quoted texts, each other one reported and taken for what it was meant
    !> for.

@@ -9,7 +9,7 @@ module deck_variable_m
    implicit none
    private
 
-   public :: namelist_text, require_clean_read, check_range, check_least, check_choice, check_given, &
+   public :: namelist_text, require_clean_read, check_range, check_size, check_least, check_choice, check_given, &
              check_needed, check_idle
 
    !> Lengths of an option's text, of a name (stage, physical group), of a path or title
@@ -124,6 +124,22 @@ contains
       end subroutine limit
 
    end subroutine check_range
+
+   !> A number of either sign must be 0 or have a size within limits; a number not given passes.
+   subroutine check_size(errors, slice, name, value, least, most)
+      type(error_list_t), intent(inout) :: errors
+      type(group_slice_t), intent(in) :: slice
+      !> Variable
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value
+      !> Limits of its size
+      real(wp), intent(in) :: least, most
+
+      if (.not. is_set(value) .or. abs(value) <= 0.0_wp) return
+      if (abs(value) >= least .and. abs(value) <= most) return
+      call errors%add(slice%place(name)//': must be at least '//exact_text(-most)//' and at most '//exact_text(most)// &
+                      ', and 0 or at least '//exact_text(least)//' in size')
+   end subroutine check_size
 
    !> A count must not be less than a limit.
    subroutine check_least(errors, slice, name, value, least)

@@ -1,4 +1,5 @@
-!> Writing the effective deck: groups and variables in the form that the deck reader reads back exactly.
+!> Writing the effective deck: groups and variables in the form that the deck reader reads back exactly. Whether all of it could
+!> be written is asked at its end (write_deck).
 module deck_write_m
    use kinds_m, only: wp
    use constants_m, only: is_set
@@ -21,14 +22,16 @@ contains
       integer, intent(in) :: unit
       !> Name of the group without '&'
       character(len=*), intent(in) :: name
+      integer :: status
 
-      write (unit, '(a)') '&'//name
+      write (unit, '(a)', iostat=status) '&'//name
    end subroutine begin_group
 
    subroutine end_group(unit)
       integer, intent(in) :: unit
+      integer :: status
 
-      write (unit, '(a,/)') '/'
+      write (unit, '(a,/)', iostat=status) '/'
    end subroutine end_group
 
    !> A number; one that is not given is named in a comment, with what is used instead.
@@ -39,13 +42,14 @@ contains
       real(wp), intent(in) :: value
       !> What the program uses when the number is not given
       character(len=*), intent(in), optional :: instead
+      integer :: status
 
       if (is_set(value)) then
          call put_line(unit, name, exact_text(value))
       else if (present(instead)) then
-         write (unit, '(a)') indent//'! '//name//' is not given: '//instead
+         write (unit, '(a)', iostat=status) indent//'! '//name//' is not given: '//instead
       else
-         write (unit, '(a)') indent//'! '//name//' is not given'
+         write (unit, '(a)', iostat=status) indent//'! '//name//' is not given'
       end if
    end subroutine put_real
 
@@ -75,8 +79,9 @@ contains
    subroutine put_line(unit, name, value)
       integer, intent(in) :: unit
       character(len=*), intent(in) :: name, value
+      integer :: status
 
-      write (unit, '(a)') indent//name//' = '//value
+      write (unit, '(a)', iostat=status) indent//name//' = '//value
    end subroutine put_line
 
    !> The text with every single quote doubled, as a quoted text needs it.

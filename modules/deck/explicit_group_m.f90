@@ -2,6 +2,7 @@
 module explicit_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set
+   use bounds_m, only: least_part, most_factor, least_step, most_time
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_number, an_option, option_length, namelist_text, require_clean_read, &
@@ -75,15 +76,15 @@ contains
       select case (explicit%damping)
       case ('viscous')
          if (.not. is_set(explicit%damping_factor)) explicit%damping_factor = critical
-         call check_range(errors, slice, 'damping_factor', explicit%damping_factor, above=0.0_wp)
+         call check_range(errors, slice, 'damping_factor', explicit%damping_factor, least=least_part, most=most_factor)
       case ('local')
          if (.not. is_set(explicit%damping_factor)) explicit%damping_factor = usual_local
-         call check_range(errors, slice, 'damping_factor', explicit%damping_factor, above=0.0_wp, below=1.0_wp)
+         call check_range(errors, slice, 'damping_factor', explicit%damping_factor, least=least_part, below=1.0_wp)
       end select
-      call check_range(errors, slice, 'safety', explicit%safety, above=0.0_wp, most=1.0_wp)
-      call check_range(errors, slice, 'step', explicit%step, above=0.0_wp)
+      call check_range(errors, slice, 'safety', explicit%safety, least=least_part, most=1.0_wp)
+      call check_range(errors, slice, 'step', explicit%step, least=least_step, most=most_time)
       call check_choice(errors, slice, 'mass_scaling', explicit%mass_scaling, mass_scalings)
-      call check_range(errors, slice, 'scaled_step', explicit%scaled_step, above=0.0_wp)
+      call check_range(errors, slice, 'scaled_step', explicit%scaled_step, least=least_step, most=most_time)
       if (explicit%mass_scaling == 'step') then
          call check_needed(errors, slice, 'scaled_step', explicit%scaled_step, "mass_scaling = 'step'")
          if (is_set(explicit%step)) then

@@ -2,6 +2,8 @@
 module fracture_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set, radians
+   use bounds_m, only: most_stress, least_energy, most_energy, &
+                       least_factor, most_factor, least_part
    use errors_m, only: error_list_t
    use text_m, only: exact_text
    use deck_scan_m, only: group_slice_t
@@ -88,15 +90,16 @@ contains
 
       call check_given(errors, slice, 'group', fracture%group, "a physical surface of the mesh or 'all'")
       call check_choice(errors, slice, 'insertion', fracture%insertion, insertions)
-      call check_range(errors, slice, 'tensile_strength', fracture%tensile_strength, above=0.0_wp, required=.true.)
-      call check_range(errors, slice, 'cohesion', fracture%cohesion, above=0.0_wp, required=.true.)
+      call check_range(errors, slice, 'tensile_strength', fracture%tensile_strength, least=1.0_wp, most=most_stress, &
+                       required=.true.)
+      call check_range(errors, slice, 'cohesion', fracture%cohesion, least=1.0_wp, most=most_stress, required=.true.)
       call check_range(errors, slice, 'friction_angle', fracture%friction_angle, least=0.0_wp, below=right_angle, &
                        required=.true.)
-      call check_range(errors, slice, 'g_i', fracture%g_i, above=0.0_wp, required=.true.)
-      call check_range(errors, slice, 'g_ii', fracture%g_ii, above=0.0_wp, required=.true.)
-      call check_range(errors, slice, 'penalty_factor', fracture%penalty_factor, above=0.0_wp)
+      call check_range(errors, slice, 'g_i', fracture%g_i, least=least_energy, most=most_energy, required=.true.)
+      call check_range(errors, slice, 'g_ii', fracture%g_ii, least=least_energy, most=most_energy, required=.true.)
+      call check_range(errors, slice, 'penalty_factor', fracture%penalty_factor, least=least_factor, most=most_factor)
       call check_range(errors, slice, 'crack_friction_angle', fracture%crack_friction_angle, least=0.0_wp, below=right_angle)
-      call check_range(errors, slice, 'insertion_level', fracture%insertion_level, above=0.0_wp, most=1.0_wp)
+      call check_range(errors, slice, 'insertion_level', fracture%insertion_level, least=least_part, most=1.0_wp)
       call check_least(errors, slice, 'check_every', fracture%check_every, 1)
       call check_cut_off(slice, fracture, errors)
       if (.not. is_set(fracture%crack_friction_angle)) fracture%crack_friction_angle = fracture%friction_angle

@@ -1,9 +1,10 @@
 !> The group &gravity.
 module gravity_group_m
    use kinds_m, only: wp
+   use bounds_m, only: least_size
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, a_switch, namelist_text, require_clean_read, check_range
+   use deck_variable_m, only: variable_t, a_number, a_switch, namelist_text, require_clean_read, check_size
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
@@ -57,8 +58,8 @@ contains
       type(gravity_t), intent(in) :: gravity
       type(error_list_t), intent(inout) :: errors
 
-      call check_range(errors, slice, 'gx', gravity%gx, least=-strongest, most=strongest)
-      call check_range(errors, slice, 'gy', gravity%gy, least=-strongest, most=strongest)
+      call check_size(errors, slice, 'gx', gravity%gx, least_size, strongest)
+      call check_size(errors, slice, 'gy', gravity%gy, least_size, strongest)
    end subroutine check_gravity
 
    !> Write the effective group, every variable.

@@ -1,6 +1,7 @@
 !> The group &implicit: accuracy, increments and equations of the implicit solver.
 module implicit_group_m
    use kinds_m, only: wp
+   use bounds_m, only: least_tolerance
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_number, a_count, an_option, option_length, namelist_text, &
@@ -63,7 +64,7 @@ contains
       call namelist_text(slice, variables, text, errors)
       read (text, nml=settings, iostat=status, iomsg=message)
       call require_clean_read(slice, status, message, errors)
-      call check_range(errors, slice, 'tolerance', implicit%tolerance, above=0.0_wp, below=1.0_wp)
+      call check_range(errors, slice, 'tolerance', implicit%tolerance, least=least_tolerance, below=1.0_wp)
       call check_least(errors, slice, 'max_iterations', implicit%max_iterations, 2)
       call check_least(errors, slice, 'largest_cut', implicit%largest_cut, 0)
       call check_least(errors, slice, 'line_search', implicit%line_search, 0)

@@ -1,10 +1,11 @@
 !> The group &initial: velocity at the start of a physical group of the mesh.
 module initial_group_m
    use kinds_m, only: wp
+   use bounds_m, only: least_size, fastest
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
-                              check_given
+                              check_given, check_size
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
@@ -56,6 +57,8 @@ contains
       type(error_list_t), intent(inout) :: errors
 
       call check_given(errors, slice, 'group', initial%group, 'a physical point, curve or surface of the mesh')
+      call check_size(errors, slice, 'vx', initial%vx, least_size, fastest)
+      call check_size(errors, slice, 'vy', initial%vy, least_size, fastest)
    end subroutine check_initial
 
    !> Write the effective group, every variable.

@@ -2,6 +2,8 @@
 module joint_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set
+   use bounds_m, only: least_wall, most_wall, least_sample, most_sample, least_angle, least_aperture, &
+                       most_aperture, least_penalty, most_penalty, most_stress, least_stiffness, most_stiffness
    use errors_m, only: error_list_t
    use text_m, only: exact_text, quoted
    use deck_scan_m, only: group_slice_t
@@ -15,7 +17,7 @@ module joint_group_m
    public :: read_joint, write_joint, has_roughness
 
    !> Beyond these the unit must be wrong: JRC [-] (profiles reach 20), strength [MPa], laboratory sample [m]
-   real(wp), parameter :: roughest = 30.0_wp, strongest = 1000.0_wp, longest = 100.0_wp
+   real(wp), parameter :: roughest = 30.0_wp
    real(wp), parameter :: right_angle = 90.0_wp
 
    !> &joint
@@ -146,17 +148,17 @@ contains
       call check_choice(errors, slice, 'normal_stress', joint%normal_stress, normal_stresses)
       call check_choice(errors, slice, 'aperture', joint%aperture, apertures)
       call check_range(errors, slice, 'jrc0', joint%jrc0, least=0.0_wp, most=roughest)
-      call check_range(errors, slice, 'jcs0_mpa', joint%jcs0_mpa, above=0.0_wp, most=strongest)
-      call check_range(errors, slice, 'sigma_c_mpa', joint%sigma_c_mpa, above=0.0_wp, most=strongest)
-      call check_range(errors, slice, 'l0', joint%l0, above=0.0_wp, most=longest)
-      call check_range(errors, slice, 'phi_r', joint%phi_r, above=0.0_wp, below=right_angle)
-      call check_range(errors, slice, 'a0_mm', joint%a0_mm, above=0.0_wp)
-      call check_range(errors, slice, 'max_angle', joint%max_angle, above=0.0_wp, below=right_angle)
-      call check_range(errors, slice, 'penalty', joint%penalty, above=0.0_wp)
+      call check_range(errors, slice, 'jcs0_mpa', joint%jcs0_mpa, least=least_wall, most=most_wall)
+      call check_range(errors, slice, 'sigma_c_mpa', joint%sigma_c_mpa, least=least_wall, most=most_wall)
+      call check_range(errors, slice, 'l0', joint%l0, least=least_sample, most=most_sample)
+      call check_range(errors, slice, 'phi_r', joint%phi_r, least=least_angle, below=right_angle)
+      call check_range(errors, slice, 'a0_mm', joint%a0_mm, least=least_aperture, most=most_aperture)
+      call check_range(errors, slice, 'max_angle', joint%max_angle, least=least_angle, below=right_angle)
+      call check_range(errors, slice, 'penalty', joint%penalty, least=least_penalty, most=most_penalty)
       call check_range(errors, slice, 'friction_angle', joint%friction_angle, least=0.0_wp, below=right_angle)
-      call check_range(errors, slice, 'cohesion', joint%cohesion, least=0.0_wp)
-      call check_range(errors, slice, 'kn_mpa_mm', joint%kn_mpa_mm, above=0.0_wp)
-      call check_range(errors, slice, 'ks_mpa_mm', joint%ks_mpa_mm, above=0.0_wp)
+      call check_range(errors, slice, 'cohesion', joint%cohesion, least=0.0_wp, most=most_stress)
+      call check_range(errors, slice, 'kn_mpa_mm', joint%kn_mpa_mm, least=least_stiffness, most=most_stiffness)
+      call check_range(errors, slice, 'ks_mpa_mm', joint%ks_mpa_mm, least=least_stiffness, most=most_stiffness)
    end subroutine check_joint
 
    !> The law has the parameters it needs, and the contact chosen can give it its stresses.

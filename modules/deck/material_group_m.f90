@@ -2,6 +2,7 @@
 module material_group_m
    use kinds_m, only: wp
    use constants_m, only: unset
+   use bounds_m, only: lightest, heaviest, softest, stiffest, least_factor, most_factor
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
@@ -11,9 +12,6 @@ module material_group_m
    private
 
    public :: read_material, write_material
-
-   !> Density [kg/m3] beyond which the unit must be wrong
-   real(wp), parameter :: heaviest = 25000.0_wp
 
    !> &material
    type, public :: material_t
@@ -66,10 +64,10 @@ contains
       type(error_list_t), intent(inout) :: errors
 
       call check_given(errors, slice, 'group', material%group, 'a physical surface of the mesh')
-      call check_range(errors, slice, 'density', material%density, above=0.0_wp, most=heaviest, required=.true.)
-      call check_range(errors, slice, 'young', material%young, above=0.0_wp, required=.true.)
+      call check_range(errors, slice, 'density', material%density, least=lightest, most=heaviest, required=.true.)
+      call check_range(errors, slice, 'young', material%young, least=softest, most=stiffest, required=.true.)
       call check_range(errors, slice, 'poisson', material%poisson, above=-1.0_wp, below=0.5_wp, required=.true.)
-      call check_range(errors, slice, 'penalty_factor', material%penalty_factor, above=0.0_wp)
+      call check_range(errors, slice, 'penalty_factor', material%penalty_factor, least=least_factor, most=most_factor)
    end subroutine check_material
 
    !> Write the effective group, every variable.

@@ -1,6 +1,7 @@
 !> The group &output: what is written, where and how often.
 module output_group_m
    use kinds_m, only: wp
+   use bounds_m, only: most_time
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_count, a_number, a_path, path_length, namelist_text, &
@@ -61,7 +62,7 @@ contains
       call check_given(errors, slice, 'directory', output%directory, 'a directory, relative to the deck')
       call check_least(errors, slice, 'fields_every', output%fields_every, 0)
       call check_least(errors, slice, 'history_every', output%history_every, 1)
-      call check_range(errors, slice, 'checkpoint_minutes', output%checkpoint_minutes, least=0.0_wp)
+      call check_range(errors, slice, 'checkpoint_minutes', output%checkpoint_minutes, least=0.0_wp, most=most_time)
    end subroutine check_output
 
    !> Write the effective group, every variable.

@@ -1,6 +1,7 @@
 !> The group &relaxation: accuracy, steps and increments of the relaxation solver.
 module relaxation_group_m
    use kinds_m, only: wp
+   use bounds_m, only: least_part, least_tolerance
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_number, a_count, namelist_text, require_clean_read, check_range, check_least
@@ -48,10 +49,10 @@ contains
       call namelist_text(slice, variables, text, errors)
       read (text, nml=settings, iostat=status, iomsg=message)
       call require_clean_read(slice, status, message, errors)
-      call check_range(errors, slice, 'tolerance', relaxation%tolerance, above=0.0_wp, below=1.0_wp)
+      call check_range(errors, slice, 'tolerance', relaxation%tolerance, least=least_tolerance, below=1.0_wp)
       call check_least(errors, slice, 'max_steps', relaxation%max_steps, 1)
       call check_least(errors, slice, 'substeps', relaxation%substeps, 1)
-      call check_range(errors, slice, 'safety', relaxation%safety, above=0.0_wp, most=1.0_wp)
+      call check_range(errors, slice, 'safety', relaxation%safety, least=least_part, most=1.0_wp)
    end subroutine read_relaxation
 
    !> Write the effective group, every variable.

@@ -2,7 +2,7 @@
 module run_group_m
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_path, an_option, option_length, path_length, namelist_text, &
+   use deck_variable_m, only: variable_t, a_path, a_switch, an_option, option_length, path_length, namelist_text, &
                               require_clean_read, check_choice, check_given
    use deck_write_m, only: begin_group, put, end_group
    implicit none
@@ -20,12 +20,15 @@ module run_group_m
       character(len=path_length) :: mesh = ''
       !> How the scene is solved
       character(len=option_length) :: solver = 'auto'
+      !> Is a run meant that takes very long?
+      logical :: long = .false.
    end type run_t
 
    type(variable_t), parameter :: variables(*) = [ &
                                   variable_t('title', a_path), &
                                   variable_t('mesh', a_path), &
-                                  variable_t('solver', an_option)]
+                                  variable_t('solver', an_option), &
+                                  variable_t('long', a_switch)]
    character(len=*), parameter :: solvers(*) = ['auto      ', 'explicit  ', 'implicit  ', 'relaxation']
 
 contains
@@ -68,6 +71,7 @@ contains
       call put(unit, 'title', run%title)
       call put(unit, 'mesh', run%mesh)
       call put(unit, 'solver', run%solver)
+      call put(unit, 'long', run%long)
       call end_group(unit)
    end subroutine write_run
 

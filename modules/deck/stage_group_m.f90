@@ -2,6 +2,7 @@
 module stage_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set
+   use bounds_m, only: least_time, most_time, least_tolerance
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_count, a_name, a_number, an_option, name_length, option_length, &
@@ -79,10 +80,10 @@ contains
 
       call check_given(errors, slice, 'name', stage%name, 'a name of your choice')
       call check_least(errors, slice, 'cycles', stage%cycles, 1)
-      call check_range(errors, slice, 'move_time', stage%move_time, above=0.0_wp, required=.true.)
-      call check_range(errors, slice, 'rest_time', stage%rest_time, least=0.0_wp)
-      call check_range(errors, slice, 'equilibrium', stage%equilibrium, above=0.0_wp, below=1.0_wp)
-      call check_range(errors, slice, 'max_rest_time', stage%max_rest_time, above=0.0_wp)
+      call check_range(errors, slice, 'move_time', stage%move_time, least=least_time, most=most_time, required=.true.)
+      call check_range(errors, slice, 'rest_time', stage%rest_time, least=0.0_wp, most=most_time)
+      call check_range(errors, slice, 'equilibrium', stage%equilibrium, least=least_tolerance, below=1.0_wp)
+      call check_range(errors, slice, 'max_rest_time', stage%max_rest_time, least=least_time, most=100.0_wp*most_time)
       call check_choice(errors, slice, 'profile', stage%profile, profiles)
       if (.not. is_set(stage%equilibrium)) then
          call check_idle(errors, slice, 'max_rest_time', stage%max_rest_time, 'equilibrium')

@@ -1,10 +1,13 @@
 !> checkpoint.h5: everything a run needs to go on; explicit runs do so bit for bit, implicit ones to rounding, since their matrix
-!> is made anew. Written beside the old one and renamed when complete, so a kill at any moment leaves one that can be used.
+!> is made anew. Written beside the old one, sealed with a checksum and
+!> renamed when complete, so a kill at any moment leaves one that can be used, and one that is damaged is not.
 module checkpoint_m
    use errors_m, only: error_list_t
    use files_m, only: replace_file, file_exists
+   use hash_m, only: text_hash, numbers_hash
    use hdf5_m, only: h5_file_t
    use kinds_m, only: wp, i8
+   use seal_m, only: seal_file, broken_seal
    use text_m, only: to_text, quoted
    implicit none
    private
@@ -12,7 +15,7 @@ module checkpoint_m
    public :: text_hash, numbers_hash
 
    !> Layout of the file; raise it when what is saved changes meaning
-   integer, parameter :: format_version = 4
+   integer, parameter :: format_version = 5
 
    !> What a checkpoint must agree with beside the deck (deck_record_m): the same mesh, in size and content
    type, public :: fingerprint_t
@@ -66,6 +69,7 @@ contains
       character(len=*), intent(in) :: path
       type(fingerprint_t), intent(in) :: fingerprint
       type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: wrong
       integer :: version, before
 
       self%path = trim(path)
@@ -73,6 +77,11 @@ contains
       before = errors%count()
       if (.not. file_exists(path)) then
          call errors%add(self%path//': there is no such checkpoint')
+         return
+      end if
+      wrong = broken_seal(self%path)
+      if (wrong /= '') then
+         call errors%add(self%path//': the checkpoint '//wrong)
          return
       end if
       call self%file%open(self%path, writable=.false.)
@@ -130,6 +139,11 @@ contains
       before = errors%count()
       call self%file%close(errors)
       if (.not. self%writing .or. errors%count() > before) return
+      call seal_file(self%path//'.part', status)
+      if (status /= 0) then
+         call errors%add(self%path//'.part: cannot write the checksum of the checkpoint (disk full?)')
+         return
+      end if
       call replace_file(self%path//'.part', self%path, status)
       if (status /= 0) call errors%add(self%path//': cannot replace the old checkpoint')
    end subroutine close_checkpoint
@@ -142,39 +156,6 @@ contains
       has = self%file%has('/'//name)
       if (.not. has) has = self%file%has_attribute('/', name)
    end function has
-
-   !> Hash of a text by which a change is noticed (a fingerprint, not a seal).
-   pure function text_hash(text) result(hash)
-      character(len=*), intent(in) :: text
-      !> Sixteen hexadecimal digits
-      character(len=16) :: hash
-      !> Two primes below 2**31, and a base above the number of characters: products stay far below 2**63
-      integer(i8), parameter :: prime(2) = [2147483647_i8, 2147483629_i8], base = 257_i8
-      integer(i8) :: sum(2)
-      integer :: i
-
-      sum = 0_i8
-      do i = 1, len(text)
-         sum = mod(sum*base + int(ichar(text(i:i)), i8) + 1_i8, prime)
-      end do
-      write (hash, '(2z8.8)') sum
-   end function text_hash
-
-   !> The same of numbers, or of the bits of reals.
-   pure function numbers_hash(number) result(hash)
-      integer, intent(in) :: number(:)
-      character(len=16) :: hash
-      integer(i8), parameter :: prime(2) = [2147483647_i8, 2147483629_i8], base = 65599_i8
-      integer(i8) :: sum(2)
-      integer :: i
-
-      sum = 0_i8
-      do i = 1, size(number)
-         ! Below 2**47 times a base below 2**17: no overflow
-         sum = mod(sum*base + int(number(i), i8) + 2147483649_i8, prime)
-      end do
-      write (hash, '(2z8.8)') sum
-   end function numbers_hash
 
    ! ---- Save --------------------------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ module deck_record_m
    implicit none
    private
 
-   public :: deck_record, compare_records
+   public :: deck_record, whole_record, compare_records
 
    !> A value of the deck
    type :: entry_t
@@ -24,12 +24,32 @@ module deck_record_m
 
 contains
 
-   !> The record of a deck at a place of its run: one line a value, group, variable and value separated by tabs.
+   !> The record of a deck at a place of its run: one line a value, group, variable and value separated by tabs. Empty where there
+   !> is no room for a temporary file.
    function deck_record(deck, stage, cycle, cracked) result(text)
       type(deck_t), intent(in) :: deck
       !> Stage and cycle that are over (0: none yet)
       integer, intent(in) :: stage, cycle
       !> Are there cohesive joints?
+      logical, intent(in) :: cracked
+      character(len=:), allocatable :: text
+
+      text = record_of(deck, .false., stage, cycle, cracked)
+   end function deck_record
+
+   !> The record of all that the results of a run depend on: later stages, solver and settings of solvers too.
+   function whole_record(deck) result(text)
+      type(deck_t), intent(in) :: deck
+      character(len=:), allocatable :: text
+
+      text = record_of(deck, .true., 0, 0, .false.)
+   end function whole_record
+
+   !> Either of them.
+   function record_of(deck, whole, stage, cycle, cracked) result(text)
+      type(deck_t), intent(in) :: deck
+      logical, intent(in) :: whole
+      integer, intent(in) :: stage, cycle
       logical, intent(in) :: cracked
       character(len=:), allocatable :: text
       type(entry_t), allocatable :: entry(:)
@@ -40,8 +60,14 @@ contains
       allocate (character(len=4096) :: buffer)
       used = 0
       allocate (entry(64))
-      open (newunit=unit, status='scratch', action='readwrite')
-      call write_deck(deck, unit)
+      text = ''
+      open (newunit=unit, status='scratch', action='readwrite', iostat=status)
+      if (status /= 0) return
+      call write_deck(deck, unit, status)
+      if (status /= 0) then
+         close (unit, iostat=status)
+         return
+      end if
       rewind (unit)
       name = ''
       stages = 0
@@ -56,7 +82,8 @@ contains
             n = 0
             if (name == 'stage') stages = stages + 1
          else if (line == '/') then
-            if (n > 0) call append(buffer, used, group_text(deck, name, entry(:n), stages, stage, cycle, cracked))
+            if (n > 0) call append(buffer, used, &
+                                   lines_of(deck, name, entry(:n), whole, stages, stage, cycle, cracked))
          else
             is = index(line, ' = ')
             if (is == 0 .or. n == size(entry)) cycle
@@ -67,7 +94,7 @@ contains
       end do
       close (unit)
       text = buffer(:used)
-   end function deck_record
+   end function record_of
 
    !> Add to a text whose room grows as it is needed.
    pure subroutine append(buffer, used, more)
@@ -85,6 +112,49 @@ contains
       buffer(used + 1:used + len(more)) = more
       used = used + len(more)
    end subroutine append
+
+   !> Lines of one group in either record.
+   function lines_of(deck, name, entry, whole, number, stage, cycle, cracked) result(text)
+      type(deck_t), intent(in) :: deck
+      character(len=*), intent(in) :: name
+      type(entry_t), intent(in) :: entry(:)
+      logical, intent(in) :: whole
+      integer, intent(in) :: number, stage, cycle
+      logical, intent(in) :: cracked
+      character(len=:), allocatable :: text
+
+      if (whole) then
+         text = whole_group_text(name, entry, number)
+      else
+         text = group_text(deck, name, entry, number, stage, cycle, cracked)
+      end if
+   end function lines_of
+
+   !> Lines of one group, all of it but what says where things are and what is written.
+   pure function whole_group_text(name, entry, number) result(text)
+      character(len=*), intent(in) :: name
+      type(entry_t), intent(in) :: entry(:)
+      integer, intent(in) :: number
+      character(len=:), allocatable :: text, group
+      integer :: i
+
+      text = ''
+      group = '&'//name
+      select case (name)
+      case ('output', 'plan')
+         return
+      case ('material', 'joint', 'fracture', 'initial')
+         group = group//' group = '//value_of(entry, 'group')
+      case ('boundary', 'pore_pressure')
+         group = group//' group = '//value_of(entry, 'group')//', stage = '//value_of(entry, 'stage')
+      case ('stage')
+         group = group//' '//to_text(number)
+      end select
+      do i = 1, size(entry)
+         if (name == 'run' .and. entry(i)%variable /= 'solver') cycle
+         text = text//group//mark//trim(entry(i)%variable)//mark//trim(entry(i)%value)//line_feed
+      end do
+   end function whole_group_text
 
    !> Lines of one group; none when the state does not depend on it.
    function group_text(deck, name, entry, number, stage, cycle, cracked) result(text)
@@ -164,10 +234,12 @@ contains
    end function unquoted
 
    !> Name every difference between the record of a checkpoint and that of the deck that goes on from it.
-   subroutine compare_records(path, before, now, errors)
+   subroutine compare_records(path, before, now, whole, errors)
       !> Path of the checkpoint, for the messages
       character(len=*), intent(in) :: path
       character(len=*), intent(in) :: before, now
+      !> Are they whole records, in which every difference counts?
+      logical, intent(in) :: whole
       type(error_list_t), intent(inout) :: errors
       type(entry_t), allocatable :: old(:), new(:)
       integer :: i, same
@@ -178,7 +250,7 @@ contains
          if (known(old(i), new)) cycle
          if (.not. any(new%group == old(i)%group)) then
             ! Another solver has no use for them
-            if (old(i)%group == '&'//explicit_group) cycle
+            if (old(i)%group == '&'//explicit_group .and. .not. whole) cycle
             if (first_of_group(old, i)) call errors%add(path//': was written with '//trim(old(i)%group)// &
                                                         ', which this deck does not have')
             cycle
@@ -186,7 +258,7 @@ contains
          same = findloc(new%group == old(i)%group .and. new%variable == old(i)%variable, .true., dim=1)
          if (same == 0) then
             ! What belongs to a stage only while it is on follows from its number of cycles
-            if (index(old(i)%group, a_stage) == 1) cycle
+            if (index(old(i)%group, a_stage) == 1 .and. .not. whole) cycle
             call errors%add(path//': '//trim(old(i)%group)//': '//trim(old(i)%variable)//' was '//trim(old(i)%value)// &
                             ' when it was written, and is not given in this deck')
          else
@@ -195,9 +267,9 @@ contains
          end if
       end do
       do i = 1, size(new)
-         if (known(new(i), old) .or. index(new(i)%group, a_stage) == 1) cycle
+         if (known(new(i), old) .or. (index(new(i)%group, a_stage) == 1 .and. .not. whole)) cycle
          if (.not. any(old%group == new(i)%group)) then
-            if (new(i)%group == '&'//explicit_group) cycle
+            if (new(i)%group == '&'//explicit_group .and. .not. whole) cycle
             if (first_of_group(new, i)) call errors%add(path//': was written without '//trim(new(i)%group)// &
                                                         ', which this deck has')
          else if (.not. any(old%group == new(i)%group .and. old%variable == new(i)%variable)) then

@@ -3,12 +3,12 @@
 module fields_m
    use errors_m, only: error_list_t
    use field_list_m, only: field_list_t, on_nodes, on_joints, place_name, vector_components
-   use files_m, only: file_exists
+   use files_m, only: file_exists, replace_file
    use hdf5_m, only: h5_file_t, h5_name_length
    use kinds_m, only: wp, i8
    use mesh_m, only: split_mesh_t
    use provenance_m, only: provenance_t
-   use text_m, only: quoted
+   use text_m, only: to_text
    use xdmf_m, only: snapshot_t, write_xdmf, append_xdmf
    implicit none
    private
@@ -66,18 +66,23 @@ contains
    end subroutine init
 
    !> Go on with the files of an interrupted run: snapshots later than the restart time are dropped, and the meshes that came
-   !> with them. The mesh in use is that of the last snapshot kept, or the given one when there is none.
-   subroutine resume(self, directory, mesh, block_edge, constant, provenance, time, errors)
+   !> with them. The mesh in use is that of the last snapshot kept, or the given one when there is none. A file that cannot be read
+   !> is set aside, and a new one started.
+   subroutine resume(self, directory, mesh, block_edge, constant, provenance, time, notes, errors)
       class(fields_t), intent(inout) :: self
       character(len=*), intent(in) :: directory
       type(split_mesh_t), intent(in) :: mesh
       integer, intent(in) :: block_edge(:)
       type(field_list_t), intent(in) :: constant
       type(provenance_t), intent(in) :: provenance
-      !> Time of the checkpoint [s]
+      !> Latest snapshot to keep [s]
       real(wp), intent(in) :: time
+      !> What the user should know
+      type(error_list_t), intent(inout) :: notes
       type(error_list_t), intent(inout) :: errors
       character(len=h5_name_length), allocatable :: name(:)
+      type(error_list_t) :: damage
+      character(len=:), allocatable :: program
       type(h5_file_t) :: file
       type(snapshot_t) :: found
       type(snapshot_t), allocatable :: kept(:)
@@ -90,6 +95,8 @@ contains
          return
       end if
       call file%open(self%path, writable=.true.)
+      ! The library takes an empty file for a new one
+      call file%get('/', 'program', program)
       call file%members('/', name)
       allocate (kept(size(name)))
       do i = 1, size(name)
@@ -120,6 +127,12 @@ contains
          call self%constant%clear()
          call read_fields(file, self%mesh_group, self%constant)
       end if
+      if (file%failed()) then
+         call file%close(damage)
+         call set_aside(self, damage%text(1), notes, errors)
+         if (errors%count() == before) call self%init(directory, mesh, block_edge, constant, provenance, errors)
+         return
+      end if
       call file%close(errors)
       if (errors%count() > before) return
       if (self%snapshots > 0) call write_xdmf(self%xdmf_path, 'fields.h5', kept(:self%snapshots), errors)
@@ -137,6 +150,30 @@ contains
       end function is_needed
 
    end subroutine resume
+
+   !> Give a file that cannot be read another name.
+   subroutine set_aside(self, damage, notes, errors)
+      class(fields_t), intent(in) :: self
+      !> What is wrong with it
+      character(len=*), intent(in) :: damage
+      type(error_list_t), intent(inout) :: notes, errors
+      character(len=:), allocatable :: aside
+      integer :: status, number
+
+      number = 1
+      aside = self%path//'.damaged'
+      do while (file_exists(aside))
+         number = number + 1
+         aside = self%path//'.damaged_'//to_text(number)
+      end do
+      call replace_file(self%path, aside, status)
+      if (status == 0) then
+         call notes%add(damage//'; it is set aside as '//aside//', and the run goes on with a new fields.h5: '// &
+                        'earlier snapshots are in the old file, as far as they can be read')
+      else
+         call errors%add(damage//'; it cannot be renamed either')
+      end if
+   end subroutine set_aside
 
    !> Joint elements of the mesh in use. Meshes only ever grow (a crack adds nodes and joints): where the run has as many, it
    !> is on the same mesh.

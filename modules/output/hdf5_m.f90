@@ -10,6 +10,7 @@ module hdf5_m
                    h5dcreate_f, h5dopen_f, h5dwrite_f, h5dread_f, h5dclose_f, h5dget_space_f, h5gcreate_f, &
                    h5gclose_f, h5gn_members_f, h5gget_obj_info_idx_f, h5acreate_by_name_f, h5aopen_by_name_f, &
                    h5aexists_by_name_f, h5awrite_f, h5aread_f, h5aclose_f, h5lexists_f, h5ldelete_f, &
+                   h5dont_atexit_f, h5fget_filesize_f, &
                    h5kind_to_type, H5_INTEGER_KIND, H5S_SCALAR_F, H5F_ACC_TRUNC_F, H5F_ACC_RDWR_F, &
                    H5F_ACC_RDONLY_F, H5P_FILE_ACCESS_F, H5P_DATASET_CREATE_F, H5T_NATIVE_DOUBLE, &
                    H5T_NATIVE_INTEGER, H5T_STRING
@@ -33,6 +34,9 @@ module hdf5_m
       character(len=:), allocatable :: path
       !> First failure; unallocated while all is well
       character(len=:), allocatable :: failure
+      !> Open for changes? Its size before them
+      logical :: writable = .false.
+      integer(hsize_t) :: bytes_before = 0
    contains
       procedure :: create
       procedure :: open => open_file
@@ -66,6 +70,20 @@ module hdf5_m
          logical(c_bool), value :: use_locks, ignore_when_disabled
       end function c_set_file_locking
 
+      !> Address of the file descriptor of an open file
+      integer(c_int) function c_get_vfd_handle(file, access, handle) bind(c, name='H5Fget_vfd_handle')
+         import :: c_int, c_int64_t, c_ptr
+         integer(c_int64_t), value :: file, access
+         type(c_ptr), intent(out) :: handle
+      end function c_get_vfd_handle
+
+      !> Make sure that there is room on the disk for a part of a file
+      integer(c_int) function c_posix_fallocate(descriptor, offset, length) bind(c, name='posix_fallocate')
+         import :: c_int, c_int64_t
+         integer(c_int), value :: descriptor
+         integer(c_int64_t), value :: offset, length
+      end function c_posix_fallocate
+
       pure integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
          import :: c_size_t, c_ptr
          type(c_ptr), value, intent(in) :: text
@@ -82,6 +100,8 @@ contains
       integer :: status
 
       call prepare(self, path, access)
+      self%writable = .true.
+      self%bytes_before = 0
       if (self%failed()) return
       call h5fcreate_f(trim(path), H5F_ACC_TRUNC_F, self%id, status, access_prp=access)
       call self%note(status, 'cannot create the file')
@@ -98,10 +118,14 @@ contains
       integer :: status
 
       call prepare(self, path, access)
+      self%writable = writable
       if (self%failed()) return
       call h5fopen_f(trim(path), merge(H5F_ACC_RDWR_F, H5F_ACC_RDONLY_F, writable), self%id, status, access_prp=access)
       call self%note(status, 'cannot open the file (missing, cut short or not HDF5)')
       call h5pclose_f(access, status)
+      if (self%failed()) return
+      call h5fget_filesize_f(self%id, self%bytes_before, status)
+      call self%note(status, 'cannot find the size of the file')
    end subroutine open_file
 
    !> Start the library and make the access properties: no locks, so that somebody looking at the results
@@ -115,6 +139,9 @@ contains
 
       self%path = trim(path)
       if (allocated(self%failure)) deallocate (self%failure)
+      ! What could not be written to a full disk must not be tried again at the end of the program: the library would crash. (The
+      ! answer is an error when this has been said before.)
+      call h5dont_atexit_f(status)
       ! Starting it again would make its types anew and leave the old ones in memory.
       call h5iis_valid_f(H5T_NATIVE_DOUBLE, started, status)
       if (.not. started) call h5open_f(status)
@@ -127,19 +154,45 @@ contains
       call self%note(status, 'cannot turn off file locking')
    end subroutine prepare
 
-   !> Close the file; the first failure since it was opened goes to the list.
+   !> Close the file; the first failure since it was opened goes to the list. A file in which something could not be written stays
+   !> as it was: the library keeps its directory in memory until the file is closed, and what has been added lies behind its end.
    subroutine close_file(self, errors)
       class(h5_file_t), intent(inout) :: self
       type(error_list_t), intent(inout) :: errors
       integer :: status
 
       if (self%id >= 0) then
-         call h5fclose_f(self%id, status)
-         call self%note(status, 'cannot close the file (disk full?)')
+         if (self%writable) call reserve_room(self)
+         if (.not. (self%writable .and. self%failed())) then
+            call h5fclose_f(self%id, status)
+            call self%note(status, 'cannot close the file (disk full?)')
+         end if
       end if
       self%id = -1
       if (allocated(self%failure)) call errors%add(self%failure)
    end subroutine close_file
+
+   !> Room on the disk for all of the file, so that closing it, which overwrites its directory, cannot fail half-way.
+   subroutine reserve_room(self)
+      class(h5_file_t), intent(inout) :: self
+      integer(hsize_t) :: bytes
+      integer(c_int), pointer :: descriptor
+      type(c_ptr) :: handle
+      integer :: status
+
+      if (self%failed()) return
+      call h5fget_filesize_f(self%id, bytes, status)
+      call self%note(status, 'cannot find the size of the file')
+      if (self%failed()) return
+      ! Property list 0 is the default one of C
+      status = int(c_get_vfd_handle(int(self%id, c_int64_t), 0_c_int64_t, handle))
+      call self%note(status, 'cannot find the descriptor of the file')
+      if (self%failed()) return
+      call c_f_pointer(handle, descriptor)
+      bytes = max(1_hsize_t, bytes - self%bytes_before)
+      status = int(c_posix_fallocate(descriptor, int(self%bytes_before, c_int64_t), int(bytes, c_int64_t)))
+      if (status /= 0) call self%note(-1, 'no room for what is to be written (disk full?)')
+   end subroutine reserve_room
 
    !> Has anything gone wrong since the file was opened?
    pure logical function failed(self)
@@ -268,7 +321,7 @@ contains
 
       call self%note(written, 'cannot write '//quoted(path)//' (disk full?)')
       call h5dclose_f(dataset, status)
-      call self%note(status, 'cannot close '//quoted(path))
+      call self%note(status, 'cannot write '//quoted(path)//' to its end (disk full?)')
       call self%put(path, 'unit', unit)
       call self%put(path, 'description', description)
    end subroutine finish_dataset

@@ -28,10 +28,14 @@ module history_m
       integer :: unit = 0
       integer :: columns = 0
       character(len=:), allocatable :: path
+      !> The row of the checkpoint that a restart has dropped; not allocated when there is none, or the run has gone on
+      character(len=:), allocatable :: dropped
    contains
       procedure :: init
       procedure :: resume
       procedure :: write_row
+      procedure :: put_back
+      procedure :: forget_dropped
       procedure :: close => close_history
    end type history_t
 
@@ -140,14 +144,19 @@ contains
             exit
          end if
          ! The row of the checkpoint itself stays: its time was written with finitely many digits.
-         if (row_time > time*(1.0_wp + 1.0e-10_wp)) exit
+         if (row_time > time*(1.0_wp + 1.0e-10_wp)) then
+            if (row_time <= time*(1.0_wp + 4.0e-10_wp)) self%dropped = line
+            exit
+         end if
          write (new, '(a)', iostat=status, iomsg=message) line
       end do
       close (old)
       if (status == 0) then
-         flush (new)
-         call replace_file(self%path//'.part', self%path, status)
-         message = 'cannot replace the old file'
+         flush (new, iostat=status, iomsg=message)
+         if (status == 0) then
+            call replace_file(self%path//'.part', self%path, status)
+            message = 'cannot replace the old file'
+         end if
       end if
       self%unit = new
       if (status /= 0) call errors%add(self%path//': cannot go on with the history: '//trim(message))
@@ -176,10 +185,33 @@ contains
       if (status /= 0) call errors%add(self%path//': cannot write the history: '//trim(message))
    end subroutine write_row
 
-   subroutine close_history(self)
+   !> Write the row again that a restart has dropped, when the run has not gone on since: that of the checkpoint, which the deck
+   !> does not ask for.
+   subroutine put_back(self, errors)
+      class(history_t), intent(inout) :: self
+      type(error_list_t), intent(inout) :: errors
+      character(len=512) :: message
+      integer :: status
+
+      if (.not. allocated(self%dropped)) return
+      write (self%unit, '(a)', iostat=status, iomsg=message) self%dropped
+      if (status == 0) flush (self%unit, iostat=status, iomsg=message)
+      if (status /= 0) call errors%add(self%path//': cannot write the history: '//trim(message))
+      deallocate (self%dropped)
+   end subroutine put_back
+
+   !> The run has gone on: the row that a restart has dropped is over.
+   pure subroutine forget_dropped(self)
       class(history_t), intent(inout) :: self
 
-      if (self%unit /= 0) close (self%unit)
+      if (allocated(self%dropped)) deallocate (self%dropped)
+   end subroutine forget_dropped
+
+   subroutine close_history(self)
+      class(history_t), intent(inout) :: self
+      integer :: status
+
+      if (self%unit /= 0) close (self%unit, iostat=status)
       self%unit = 0
    end subroutine close_history
 

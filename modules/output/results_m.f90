@@ -3,7 +3,7 @@ module results_m
    use kinds_m, only: wp, i8
    use constants_m, only: megapascal
    use errors_m, only: error_list_t
-   use files_m, only: read_text, file_exists, real_path, relative_path
+   use files_m, only: read_text, file_exists, real_path, relative_path, replace_file
    use deck_m, only: deck_t, write_deck, deck_path, written_by_program
    use scene_m, only: scene_t
    use state_m, only: state_t
@@ -86,7 +86,7 @@ contains
    end subroutine check_directory
 
    !> Create the directory and its files; with a restart, go on with those that are there.
-   subroutine open_results(self, directory, scene, state, command, restarted, errors)
+   subroutine open_results(self, directory, scene, state, command, restarted, place, notes, errors)
       class(results_t), intent(inout) :: self
       character(len=*), intent(in) :: directory
       type(scene_t), intent(in) :: scene
@@ -95,6 +95,10 @@ contains
       character(len=*), intent(in) :: command
       !> Does this run go on with an earlier one?
       logical, intent(in) :: restarted
+      !> Stage and cycle that it goes on from
+      type(place_t), intent(in) :: place
+      !> What the user should know
+      type(error_list_t), intent(inout) :: notes
       type(error_list_t), intent(inout) :: errors
       character(len=column_length), allocatable :: column(:)
       type(field_list_t) :: constant
@@ -109,13 +113,18 @@ contains
       provenance = provenance_of(command, deck_text)
       associate (edge => scene%topology%edge_of_joint)
          if (restarted) then
-            call self%history%resume(self%directory//'history.csv', column, state%time, errors)
-            call self%fields%resume(directory, scene%split, edge, constant, provenance, state%time, errors)
+            call self%history%resume(self%directory//'history.csv', column, &
+                                     latest(state%time, row_is_due(scene%deck, place)), errors)
+            call self%fields%resume(directory, scene%split, edge, constant, provenance, &
+                                    latest(state%time, snapshot_is_due(scene%deck, place)), notes, errors)
          else
             call self%history%init(self%directory//'history.csv', column, errors)
             call self%fields%init(directory, scene%split, edge, constant, provenance, errors)
          end if
       end associate
+      ! Should this run end before its first cycle, that of the checkpoint is its last one, with all that was written of it
+      if (restarted) self%last = last_cycle_t(scene, state, place, row=.true., fields=snapshot_is_due(scene%deck, place), &
+                                              checkpoint=.true.)
       ! The table begins with what is known: nothing, or what had broken at the checkpoint
       if (scene%can_break) then
          call write_cracks(self%directory//'cracks.csv', state%bonds%event, scene%deck%stage%name, errors)
@@ -123,6 +132,38 @@ contains
       end if
       call system_clock(self%last_checkpoint)
    end subroutine open_results
+
+   !> Does the deck ask for a row of the history at the end of this cycle?
+   pure logical function row_is_due(deck, place)
+      type(deck_t), intent(in) :: deck
+      type(place_t), intent(in) :: place
+
+      row_is_due = mod(place%cycle, deck%output%history_every) == 0
+      if (place%stage > 0) row_is_due = row_is_due .or. place%cycle == deck%stage(place%stage)%cycles
+   end function row_is_due
+
+   !> Does the deck ask for a snapshot of the fields at the end of this cycle?
+   pure logical function snapshot_is_due(deck, place)
+      type(deck_t), intent(in) :: deck
+      type(place_t), intent(in) :: place
+
+      snapshot_is_due = .false.
+      if (place%stage > 0) snapshot_is_due = place%cycle == deck%stage(place%stage)%cycles
+      if (deck%output%fields_every > 0) snapshot_is_due = snapshot_is_due .or. mod(place%cycle, deck%output%fields_every) == 0
+   end function snapshot_is_due
+
+   !> Latest time to keep of earlier results: that of the checkpoint, or all before it. What a run that was stopped has written
+   !> there although the deck does not ask for it is dropped, so that a run that was stopped ends as one that was not.
+   pure real(wp) function latest(time, due)
+      real(wp), intent(in) :: time
+      !> Does the deck ask for output at the time of the checkpoint?
+      logical, intent(in) :: due
+      !> Times in tables have twelve digits
+      real(wp), parameter :: digits = 2.0e-10_wp
+
+      latest = time
+      if (.not. due) latest = time*(1.0_wp - digits)
+   end function latest
 
    !> What has broken since the last look; nothing where nothing can.
    subroutine note_cracks_in_table(self, scene, state, errors)
@@ -145,7 +186,7 @@ contains
       type(deck_t) :: here
       character(len=:), allocatable :: mesh, directory
       character(len=256) :: message
-      integer :: unit, status
+      integer :: unit, status, closed
 
       text = ''
       here = deck
@@ -153,14 +194,17 @@ contains
       directory = real_path(path(:index(path, '/', back=.true.)))
       if (mesh /= '' .and. directory /= '') here%run%mesh = relative_path(mesh, directory)
       here%output%directory = '.'
-      open (newunit=unit, file=path, action='write', status='replace', iostat=status, iomsg=message)
+      open (newunit=unit, file=path//'.part', action='write', status='replace', iostat=status, iomsg=message)
       if (status /= 0) then
          call errors%add(path//' cannot be written: '//trim(message))
          return
       end if
-      call write_deck(here, unit)
-      close (unit)
-      call read_text(path, text, status)
+      call write_deck(here, unit, status)
+      close (unit, iostat=closed)
+      if (status == 0) status = closed
+      if (status == 0) call replace_file(path//'.part', path, status)
+      if (status /= 0) call errors%add(path//' cannot be written (disk full?)')
+      if (status == 0) call read_text(path, text, status)
    end subroutine effective_deck
 
    !> What a finished cycle leaves behind, as often as the deck asks for it.
@@ -178,13 +222,20 @@ contains
       logical :: to_history, snapshot, checkpoint
 
       self%recorded = state%step
+      call self%history%forget_dropped()
+      call check_still_there(self, errors)
+      if (errors%any()) return
       associate (settings => scene%deck%output)
-         to_history = mod(place%cycle, settings%history_every) == 0 .or. stage_is_over
+         to_history = row_is_due(scene%deck, place)
          if (to_history) call self%history%write_row(row(scene, state, place, unbalanced), errors)
-         snapshot = stage_is_over
-         if (settings%fields_every > 0) snapshot = snapshot .or. mod(place%cycle, settings%fields_every) == 0
+         snapshot = snapshot_is_due(scene%deck, place)
          if (snapshot .or. to_history) call note_cracks_in_table(self, scene, state, errors)
          if (snapshot) call write_snapshot(self, scene, state, place, errors)
+         ! The checkpoint never goes beyond what the other files hold: a restart then writes them again
+         if (errors%any()) then
+            call check_still_there(self, errors)
+            return
+         end if
          call system_clock(now, rate)
          checkpoint = run_is_over .or. stage_is_over .or. &
                       real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)
@@ -200,18 +251,35 @@ contains
       end if
    end subroutine record
 
-   !> A run has failed: write what is missing of the last cycle completed, so that history, fields and checkpoint agree.
+   !> Is there still a directory to write into? Its open files would go on without a word.
+   subroutine check_still_there(self, errors)
+      class(results_t), intent(in) :: self
+      type(error_list_t), intent(inout) :: errors
+
+      if (file_exists(self%directory//'history.csv')) return
+      call errors%add('the results directory '//self%directory//', or history.csv in it, has been deleted or moved while '// &
+                      'the run went on: there is nowhere to write to')
+   end subroutine check_still_there
+
+   !> A run has failed or is stopped: write what is missing of the last cycle completed, so that history, fields and checkpoint
+   !> agree.
    subroutine record_last_cycle(self, errors)
       class(results_t), intent(inout) :: self
       type(error_list_t), intent(inout) :: errors
       type(last_cycle_t), allocatable :: last
+      integer :: before
 
+      before = errors%count()
       call move_alloc(self%last, last)
       if (.not. allocated(last)) return
+      call check_still_there(self, errors)
+      if (errors%count() > before) return
+      call self%history%put_back(errors)
       if (.not. last%row) call self%history%write_row(row(last%scene, last%state, last%place, last%unbalanced), errors)
       call note_cracks_in_table(self, last%scene, last%state, errors)
       if (.not. last%fields) call write_snapshot(self, last%scene, last%state, last%place, errors)
-      if (.not. last%checkpoint) call save_run(self%directory//'checkpoint.h5', last%scene, last%state, last%place, errors)
+      if (errors%count() > before .or. last%checkpoint) return
+      call save_run(self%directory//'checkpoint.h5', last%scene, last%state, last%place, errors)
    end subroutine record_last_cycle
 
    !> Fields and block edges.

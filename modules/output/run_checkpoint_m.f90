@@ -5,7 +5,7 @@ module run_checkpoint_m
    use errors_m, only: error_list_t
    use text_m, only: to_text
    use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash, numbers_hash
-   use deck_record_m, only: deck_record, compare_records
+   use deck_record_m, only: deck_record, whole_record, compare_records
    use bonds_m, only: bond_values, restore_bonds, event_values, restore_events, bond_value_count
    use joint_point_m, only: joint_values, joint_from_values, joint_value_count
    use recut_m, only: recut, restore_walls
@@ -36,6 +36,7 @@ contains
 
       call file%create(path, fingerprint_of(scene))
       call file%save('deck', deck_record(scene%deck, place%stage, place%cycle, has_cracks(scene)))
+      call file%save('whole_deck', whole_record(scene%deck))
       call save_cracks(file, scene, state)
       call save_motion(file, state, place)
       call save_joints(file, state)
@@ -44,8 +45,10 @@ contains
    end subroutine save_run
 
    !> Take the state of a checkpoint, in the order of its parts: cracks come first, they make the mesh that the others are on.
-   subroutine load_run(path, scene, state, place, errors)
+   subroutine load_run(path, branch, scene, state, place, errors)
       character(len=*), intent(in) :: path
+      !> May later stages, solver and its settings differ from those of the run that wrote it?
+      logical, intent(in) :: branch
       !> As it was built from deck and mesh
       type(scene_t), intent(inout) :: scene
       type(state_t), intent(inout) :: state
@@ -56,7 +59,7 @@ contains
 
       call file%open(path, fingerprint_of(scene), errors)
       if (errors%any()) return
-      call compare_decks(file, path, scene, errors)
+      call compare_decks(file, path, branch, scene, errors)
       call load_cracks(file, path, scene, state, errors)
       if (.not. errors%any()) call load_motion(file, state, place, errors)
       if (.not. errors%any()) call load_joints(file, state, errors)
@@ -64,17 +67,21 @@ contains
       call file%close(errors)
    end subroutine load_run
 
-   !> The deck must agree with the one that the checkpoint was written with in all that its state depends on.
-   subroutine compare_decks(file, path, scene, errors)
+   !> The deck must agree with the one that the checkpoint was written with: in all that the results depend on, or, for a branch,
+   !> in what its state depends on.
+   subroutine compare_decks(file, path, branch, scene, errors)
       type(checkpoint_t), intent(inout) :: file
       character(len=*), intent(in) :: path
+      logical, intent(in) :: branch
       type(scene_t), intent(in) :: scene
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: before
+      character(len=:), allocatable :: before, whole
       integer, allocatable :: crack(:)
       type(place_t) :: place
+      type(error_list_t) :: of_state
 
       call file%load('deck', before, errors)
+      call file%load('whole_deck', whole, errors)
       call file%load('crack_edges', crack, errors)
       call file%load('stage', place%stage, errors)
       call file%load('cycle', place%cycle, errors)
@@ -84,7 +91,15 @@ contains
                          to_text(size(scene%deck%stage))//' stages')
          return
       end if
-      call compare_records(path, before, deck_record(scene%deck, place%stage, place%cycle, size(crack) > 0), errors)
+      call compare_records(path, before, deck_record(scene%deck, place%stage, place%cycle, size(crack) > 0), .false., of_state)
+      if (branch) then
+         call errors%append(of_state)
+         return
+      end if
+      call compare_records(path, whole, whole_record(scene%deck), .true., errors)
+      if (errors%any() .and. .not. of_state%any()) &
+         call errors%add(path//': --restart goes on with the same run; --branch in its place goes on with other stages, loads '// &
+                         'to come, solver or settings of a solver on purpose')
    end subroutine compare_decks
 
    !> Are there cohesive joints?

@@ -2,6 +2,8 @@
 module story_m
    use kinds_m, only: wp
    use constants_m, only: is_set, millimetre
+   use files_m, only: file_exists
+   use interrupt_m, only: signal_name
    use text_m, only: to_text, quoted
    use log_m, only: log_t, progress_t
    use version_m, only: program_version, program_commit
@@ -18,7 +20,7 @@ module story_m
    !> Corners that overlap by more than this part of the largest slip are warned of
    real(wp), parameter :: corner_share = 1.0e-2_wp
 
-   public :: say_start, say_stage, say_end, command_text
+   public :: say_start, say_stage, say_end, say_stopped, command_text
 
 contains
 
@@ -110,6 +112,28 @@ contains
                                           to_text(state%step)//' steps')
       call log%say('done      '//to_text(state%step)//' steps in '//to_text(progress%elapsed())//' s; results in '//directory)
    end subroutine say_end
+
+   !> A signal has ended the run: what is kept, and how to go on.
+   subroutine say_stopped(checkpoint, scene, stage, cycle, log)
+      !> Path of the checkpoint
+      character(len=*), intent(in) :: checkpoint
+      type(scene_t), intent(in) :: scene
+      !> Last stage and cycle completed (0: none)
+      integer, intent(in) :: stage, cycle
+      type(log_t), intent(in) :: log
+      logical :: kept
+
+      ! An old checkpoint may be there, and none where a restarted run writes to another directory
+      kept = file_exists(checkpoint)
+      if (stage == 0) kept = .false.
+      if (.not. kept) then
+         call log%warn('stopped by '//signal_name()//' before the first cycle was completed: there is nothing to go on from')
+      else
+         call log%warn('stopped by '//signal_name()//'; kept is all up to cycle '//to_text(cycle)//' of stage '// &
+                       quoted(scene%deck%stage(stage)%name)//'. To go on: femdem --restart '//checkpoint//' '// &
+                       scene%deck%path)
+      end if
+   end subroutine say_stopped
 
    !> Has the contact given out more energy than it took up? A node that meets a wall and leaves it within a step or two
    !> gains or loses energy of the order of (omega dt)^2/4 of its own.

@@ -49,6 +49,7 @@ contains
       if (allocated(self%entry)) deallocate (self%entry)
    end subroutine clear
 
+   !> Add an array, in the order of the names: that in which HDF5 gives them back, so that a restart writes the same file.
    subroutine add(self, dataset, place, components)
       class(snapshot_t), intent(inout) :: self
       !> Full path of the dataset
@@ -56,13 +57,19 @@ contains
       !> on_nodes, on_triangles or on_joints; values an entity
       integer, intent(in) :: place, components
       type(entry_t), allocatable :: longer(:)
-      integer :: n
+      integer :: n, before
 
       n = 0
       if (allocated(self%entry)) n = size(self%entry)
+      before = 0
+      do while (before < n)
+         if (lgt(self%entry(before + 1)%dataset, dataset)) exit
+         before = before + 1
+      end do
       allocate (longer(n + 1))
-      if (n > 0) longer(:n) = self%entry
-      longer(n + 1) = entry_t(dataset, place, components)
+      if (before > 0) longer(:before) = self%entry(:before)
+      longer(before + 1) = entry_t(dataset, place, components)
+      if (before < n) longer(before + 2:) = self%entry(before + 1:)
       call move_alloc(longer, self%entry)
    end subroutine add
 

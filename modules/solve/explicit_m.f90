@@ -3,6 +3,7 @@ module explicit_m
    use kinds_m, only: wp, i8
    use constants_m, only: is_set
    use errors_m, only: error_list_t
+   use interrupt_m, only: stop_wanted
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
@@ -39,6 +40,8 @@ module explicit_m
       real(wp) :: unbalanced = 0.0_wp
       !> Did the rest end at the equilibrium asked for? True when none was asked for
       logical :: balanced = .true.
+      !> Did a signal end the cycle before its end? What it leaves is then no state to go on from
+      logical :: interrupted = .false.
       !> Slip of the joints since the last rest, when none was found after it (joints) [mm]; else not allocated
       real(wp), allocatable :: moved(:)
       !> Root of the largest kinetic energy that loads gave to the rock over the work of the run so far [-]: about how much
@@ -73,12 +76,12 @@ contains
          call march(scene, stage, cycle, settings%move_time, .true., log, progress, state, report, errors)
          rest_time = settings%rest_time
          if (scene%until_balanced(stage)) rest_time = scene%longest_rest(stage)
-         if (rest_time > 0.0_wp .and. .not. errors%any()) &
+         if (rest_time > 0.0_wp .and. .not. (errors%any() .or. report%interrupted)) &
             call march(scene, stage, cycle, rest_time, .false., log, progress, state, report, errors)
          if (abs(state%energy%external) > 0.0_wp) report%overshoot = sqrt(report%overshoot/abs(state%energy%external))
          report%unbalanced = unbalanced_ratio(scene%loads, state)
          if (scene%until_balanced(stage)) report%balanced = report%unbalanced <= settings%equilibrium
-         if (errors%any()) return
+         if (errors%any() .or. report%interrupted) return
          ! Stresses and joints as they are now: those of the last step were found before it moved the nodes
          call find_forces(scene, real(cycle, wp)/real(settings%cycles, wp), state, searched)
       end associate
@@ -125,6 +128,8 @@ contains
          report%steps = report%steps + 1_i8
          steps_left = steps_left - 1_i8
          if (by_loads) report%overshoot = max(report%overshoot, state%energy%kinetic)
+         if (steps_left > 0_i8) report%interrupted = stop_wanted()
+         if (report%interrupted) return
          ! Every step, since an unstable motion can grow a hundredfold in each. A comparison with NaN is false.
          if (.not. state%energy%kinetic < absurd_energy) then
             call report_failure(scene, stage, cycle, state, dt, errors)

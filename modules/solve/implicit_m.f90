@@ -8,6 +8,7 @@
 module implicit_m
    use kinds_m, only: wp, i8
    use errors_m, only: error_list_t
+   use interrupt_m, only: stop_wanted
    use text_m, only: to_text, quoted
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
@@ -136,6 +137,8 @@ contains
          report%steps = report%steps + 1_i8
          report%smallest_step = min(report%smallest_step, duration)
          call progress%tick(log, fraction_done(scene, stage, cycle, .true., done))
+         if (done < 1.0_wp) report%interrupted = stop_wanted()
+         if (report%interrupted) return
       end do
       if (scene%has_contact) call check_other_contact(self, scene, stage, log, state, errors)
       state%time = state%time + max(0.0_wp, scene%deck%stage(stage)%rest_time)

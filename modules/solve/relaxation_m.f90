@@ -6,6 +6,7 @@
 module relaxation_m
    use kinds_m, only: wp, i8
    use errors_m, only: error_list_t
+   use interrupt_m, only: stop_wanted
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
@@ -81,6 +82,8 @@ contains
             if (errors%any()) return
          end do
          call progress%tick(log, fraction_done(scene, stage, cycle, .true., real(substep, wp)/real(substeps, wp)))
+         if (substep < substeps) report%interrupted = stop_wanted()
+         if (report%interrupted) return
       end do
       state%time = state%time + max(0.0_wp, scene%deck%stage(stage)%rest_time)
       report%unbalanced = unbalanced_ratio(scene%loads, state)

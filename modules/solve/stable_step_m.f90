@@ -22,7 +22,7 @@ module stable_step_m
    !> Differences of stiffness below this share are rounding errors
    real(wp), parameter :: rounding = 1.0e-9_wp
 
-   public :: stable_step, check_given_step, stiffness_bound, scaled_mass, longest_stable_step
+   public :: stable_step, first_step, check_given_step, stiffness_bound, scaled_mass, longest_stable_step
 
 contains
 
@@ -45,6 +45,24 @@ contains
          end if
       end associate
    end function stable_step
+
+   !> The same before anything has been done, with the masses as they are: for an estimate [s].
+   real(wp) function first_step(scene, state) result(step)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
+      real(wp) :: stiffness(size(state%mass))
+
+      associate (settings => scene%deck%explicit)
+         if (settings%mass_scaling == 'step') then
+            step = settings%scaled_step
+         else if (is_set(settings%step)) then
+            step = settings%step
+         else
+            call stiffness_bound(scene, state, stiffness)
+            step = settings%safety*longest_step(scene, stiffness, state)
+         end if
+      end associate
+   end function first_step
 
    !> The longest step of a scene [s]: stable for nodes that move freely, and short enough for what happens between walls whose
    !> nodes are all prescribed: nothing there can become unstable, but laws that know their past must be followed.

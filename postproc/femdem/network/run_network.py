@@ -312,7 +312,7 @@ def run(arguments, model, phase, text):
     path.write_text(text, encoding="utf-8")
     command = [arguments.femdem, "--quiet", "--output", this.results, path]
     if phase != FIRST:
-        command[1:1] = ["--restart", start_from]
+        command[1:1] = ["--branch", start_from]
     start = time.monotonic()
     try:
         done = subprocess.run(command, check=False, stderr=subprocess.PIPE, text=True, errors="replace")

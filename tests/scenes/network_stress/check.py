@@ -44,8 +44,8 @@ def check(results):
 
     # The same phase II-B, and II-A, branched from a saved phase I
     first = run_deck(folder, "phase_1.nml", "first", "--quiet")
-    branch = run_deck(folder, "phase_2b.nml", "branch", "--quiet", "--restart", str(first / "checkpoint.h5"))
-    run_deck(folder, "phase_2a.nml", "branch_a", "--quiet", "--restart", str(first / "checkpoint.h5"))
+    branch = run_deck(folder, "phase_2b.nml", "branch", "--quiet", "--branch", str(first / "checkpoint.h5"))
+    run_deck(folder, "phase_2a.nml", "branch_a", "--quiet", "--branch", str(first / "checkpoint.h5"))
     branched = Motion(branch)
     assert branched.fields.stages == ["phase_2b"], branched.fields.stages
     for name in ("displacement", "shear_displacement_mm", "aperture_mm"):

@@ -105,7 +105,7 @@ def check(results):
 
     text = (folder / "explicit.nml").read_text(encoding="utf-8")
     (folder / "hold.nml").write_text(text.replace(VISCOUS, HOLD + LOCAL), encoding="utf-8")
-    held = run_deck(folder, "hold.nml", "hold", "--quiet", "--restart", str(moving / "checkpoint.h5"))
+    held = run_deck(folder, "hold.nml", "hold", "--quiet", "--branch", str(moving / "checkpoint.h5"))
     ratios = [Results(run).history["unbalanced_ratio"][-1] for run in (moving, held)]
     print(f"explicit: unbalanced force ratio {ratios[0]:.1e} after the ramp, {ratios[1]:.1e} at rest")
     assert ratios[1] <= AT_REST, f"explicit: unbalanced force ratio {ratios[1]:.1e}"

@@ -33,7 +33,7 @@ def check(results):
     ]
     alone = changed_deck(folder, "press.nml", "alone.nml", *((text, "") for text in (stage, *loads)))
     first = run_deck(folder, alone, "first")
-    branch = run_deck(folder, "press.nml", "branch", "--restart", first / "checkpoint.h5")
+    branch = run_deck(folder, "press.nml", "branch", "--branch", first / "checkpoint.h5")
     same_tables(results, branch, "cracks.csv", "edges.csv")
     whole, parts = (
         [
@@ -48,9 +48,9 @@ def check(results):
 
     # A deck in which nothing breaks cannot go on with these cracks; but from its own checkpoint rock may break
     sound = changed_deck(folder, alone, "sound.nml", ("group = 'all',", "group = 'all', insertion = 'none',"))
-    run_deck(folder, sound, "refused", "--restart", first / "checkpoint.h5", status=2)
+    run_deck(folder, sound, "refused", "--branch", first / "checkpoint.h5", status=2)
     assert "cracks in rock that cannot break" in (folder / "refused.txt").read_text(encoding="utf-8")
     unbroken = run_deck(folder, sound, "unbroken")
     short = changed_deck(folder, "press.nml", "short.nml", ("cycles = 20", "cycles = 1"))
-    breaks = run_deck(folder, short, "breaks", "--restart", unbroken / "checkpoint.h5")
+    breaks = run_deck(folder, short, "breaks", "--branch", unbroken / "checkpoint.h5")
     assert rows(breaks / "cracks.csv") > 0, "nothing has broken after a stage in which nothing could"

@@ -1,0 +1,121 @@
+!> How much a run has to do, before it starts: a slip in a number (1e8 cycles, a stiffness with an exponent too many) makes runs
+!> that would not end in a lifetime.
+module effort_m
+   use kinds_m, only: wp
+   use errors_m, only: error_list_t
+   use log_m, only: log_t
+   use text_m, only: to_text
+   use scene_m, only: scene_t, begin_stage
+   use solver_choice_m, only: solver_explicit
+   use stable_step_m, only: first_step
+   use state_m, only: state_t
+   implicit none
+   private
+
+   !> Steps of explicit solver or relaxation that cost as much as a load increment of the solvers that know rest alone: in networks
+   real(wp), parameter :: steps_an_increment = 2000.0_wp
+   !> Seconds for a step of a triangle, with its share of joints and contact, on a core of a usual machine
+   real(wp), parameter :: seconds_each = 1.0e-7_wp
+   !> Triangles times steps beyond which somebody has to say that it is meant: some hours
+   real(wp), parameter :: long_run = 1.0e11_wp
+
+   public :: check_effort, estimated_steps
+
+contains
+
+   !> Say what the run has to do; an error when that is very long and the deck does not say that it is meant.
+   subroutine check_effort(scene, state, log, errors)
+      !> As it was built, before the first stage
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(log_t), intent(in) :: log
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: effort
+      real(wp) :: steps, work
+
+      steps = estimated_steps(scene, state)
+      work = steps*real(size(scene%split%triangle, 2), wp)
+      effort = 'about '//count_text(steps)//' steps of '//to_text(size(scene%split%triangle, 2))//' triangles'
+      if (scene%solver /= solver_explicit) &
+         effort = count_text(steps/steps_an_increment)//' increments of '//to_text(size(scene%split%triangle, 2))//' triangles'
+      effort = effort//', '//duration_text(seconds_each*work)
+      call log%say('effort    '//effort)
+      if (work <= long_run .or. scene%deck%run%long) return
+      call errors%add(scene%deck%path//':'//to_text(scene%deck%run%line)//': &run long = .false.: the run would take '//effort// &
+                      ' (from cycles, times, stable step and mesh); if that is meant, give long = .true.')
+   end subroutine check_effort
+
+   !> Steps of the run, from the step that is stable now; increments of the other solvers count as many. A rest that ends at
+   !> equilibrium counts as long as the move before it.
+   real(wp) function estimated_steps(scene, state) result(steps)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(scene_t) :: trial
+      type(state_t) :: trial_state
+      real(wp) :: step, rest
+      integer :: s
+
+      if (scene%solver /= solver_explicit) then
+         steps = steps_an_increment*sum(real(scene%deck%stage%cycles, wp))
+         return
+      end if
+      ! Loads and supports of the first stage, which tell which nodes can move, on copies
+      trial = scene
+      trial_state = state
+      call begin_stage(trial, 1, trial_state)
+      step = first_step(trial, trial_state)
+      steps = 0.0_wp
+      associate (stage => scene%deck%stage)
+         do s = 1, size(stage)
+            rest = max(0.0_wp, stage(s)%rest_time)
+            if (scene%until_balanced(s)) rest = stage(s)%move_time
+            steps = steps + real(stage(s)%cycles, wp)*(whole_steps(stage(s)%move_time) + whole_steps(rest))
+         end do
+      end associate
+
+   contains
+
+      !> Steps that a duration is divided into.
+      pure real(wp) function whole_steps(duration)
+         real(wp), intent(in) :: duration
+
+         whole_steps = 0.0_wp
+         if (duration > 0.0_wp) whole_steps = max(1.0_wp, duration/step)
+      end function whole_steps
+
+   end function estimated_steps
+
+   !> A number of steps as a whole number, as long as that can be read.
+   pure function count_text(number) result(text)
+      real(wp), intent(in) :: number
+      character(len=:), allocatable :: text
+      real(wp), parameter :: readable = 1.0e9_wp
+
+      if (number < readable) then
+         text = to_text(nint(number))
+      else
+         text = to_text(number)
+      end if
+   end function count_text
+
+   !> 'seconds', 'some 3 hours', 'some 2000 years'.
+   pure function duration_text(seconds) result(text)
+      real(wp), intent(in) :: seconds
+      character(len=:), allocatable :: text
+      !> Seconds in them
+      real(wp), parameter :: minute = 60.0_wp, hour = 3600.0_wp, day = 86400.0_wp, year = 3.15e7_wp
+
+      if (seconds < 10.0_wp) then
+         text = 'seconds'
+      else if (seconds < 2.0_wp*hour) then
+         text = 'some '//to_text(ceiling(seconds/minute))//' minutes'
+      else if (seconds < 2.0_wp*day) then
+         text = 'some '//to_text(nint(seconds/hour))//' hours'
+      else if (seconds < 2.0_wp*year) then
+         text = 'some '//to_text(nint(seconds/day))//' days'
+      else
+         text = 'some '//to_text(seconds/year)//' years'
+      end if
+   end function duration_text
+
+end module effort_m
