@@ -25,11 +25,11 @@ MAX_FILE_KIB = 1024
 # A layer may use its own modules and those of a lower number.
 LAYER_HEIGHT = {
     "base": 0,
+    "joint": 1,
     "deck": 1,
     "mesh": 1,
     "topology": 2,
     "solid": 2,
-    "joint": 2,
     "contact": 2,
     "loads": 2,
     "solve": 3,

@@ -6,7 +6,7 @@ module deck_check_m
    use text_m, only: exact_text, nearest_word, quoted, to_text
    use deck_variable_m, only: name_length
    use boundary_group_m, only: boundary_t, prescribable, prescribed, check_clash, every_stage
-   use joint_group_m, only: joint_t, has_roughness
+   use joint_group_m, only: list_warnings
    use deck_m, only: deck_t, deck_path
    implicit none
    private
@@ -263,7 +263,7 @@ contains
          call warn_of_material(deck, i, warnings)
       end do
       do i = 1, size(deck%joint)
-         call warn_of_joint(deck, deck%joint(i), warnings)
+         call list_warnings(deck%joint(i), at(deck, deck%joint(i)%line, 'joint'), warnings)
       end do
       do i = 1, size(deck%stage)
          associate (stage => deck%stage(i))
@@ -295,33 +295,6 @@ contains
          end if
       end associate
    end subroutine warn_of_material
-
-   !> Parameters outside what the law was fitted to, or of another law than the one chosen.
-   subroutine warn_of_joint(deck, joint, warnings)
-      type(deck_t), intent(in) :: deck
-      type(joint_t), intent(in) :: joint
-      type(error_list_t), intent(inout) :: warnings
-      !> Roughest standard profile
-      real(wp), parameter :: roughest_profile = 20.0_wp
-      character(len=:), allocatable :: place
-
-      place = at(deck, joint%line, 'joint')
-      if (joint%jrc0 > roughest_profile) then
-         call warnings%add(place//'jrc0 = '//exact_text(joint%jrc0)//': standard profiles end at 20')
-      end if
-      if (is_set(joint%sigma_c_mpa) .and. joint%jcs0_mpa > joint%sigma_c_mpa) then
-         call warnings%add(place//'jcs0_mpa = '//exact_text(joint%jcs0_mpa)//': walls stronger than the rock, '// &
-                           'sigma_c_mpa = '//exact_text(joint%sigma_c_mpa))
-      end if
-      if (joint%law == 'coulomb') then
-         if (any(is_set([joint%jrc0, joint%jcs0_mpa, joint%sigma_c_mpa, joint%l0, joint%phi_r])) .and. &
-             (all(is_set([joint%friction_angle, joint%kn_mpa_mm, joint%ks_mpa_mm])) .or. .not. has_roughness(joint))) then
-            call warnings%add(place//"law = 'coulomb': the parameters of the JCM have no effect")
-         end if
-      else if (any(is_set([joint%friction_angle, joint%kn_mpa_mm, joint%ks_mpa_mm])) .or. joint%cohesion > 0) then
-         call warnings%add(place//'law = '//quoted(joint%law)//': the parameters of the Coulomb law have no effect')
-      end if
-   end subroutine warn_of_joint
 
    !> 'input.nml:12: &joint '
    pure function at(deck, line, group)

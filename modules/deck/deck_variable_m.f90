@@ -9,7 +9,8 @@ module deck_variable_m
    implicit none
    private
 
-   public :: namelist_text, require_clean_read, check_range, check_size, check_least, check_choice, check_given, &
+   public :: namelist_text, require_clean_read, given_number, given_text, check_range, check_size, check_least, check_choice, &
+             check_given, &
              check_needed, check_idle
 
    !> Lengths of an option's text, of a name (stage, physical group), of a path or title
@@ -24,6 +25,8 @@ module deck_variable_m
       character(len=option_length) :: name
       !> One of the kinds above
       integer :: kind
+      !> Is its value read apart (given_number, given_text), not by the namelist READ?
+      logical :: apart = .false.
    end type variable_t
 
    !> Name of the namelist inside the program: every group is read as `&settings`
@@ -59,6 +62,7 @@ contains
                cycle
             end if
             wrong = what_is_wrong(assignment%value, assignment%values, variables(variable)%kind)
+            if (wrong == '' .and. variables(variable)%apart) cycle
             if (wrong == '') then
                text = text//' '//slice%name//'%'//assignment%name//' = '//assignment%value
             else
@@ -80,6 +84,36 @@ contains
       if (status == 0) return
       call errors%add(slice%path//':'//to_text(slice%line)//': &'//slice%name//' cannot be read: '//trim(message))
    end subroutine require_clean_read
+
+   !> A number that is read apart from the namelist; left as it is when not given, or not a number (which was reported).
+   subroutine given_number(slice, name, value)
+      type(group_slice_t), intent(in) :: slice
+      character(len=*), intent(in) :: name
+      real(wp), intent(inout) :: value
+      integer :: i, status
+
+      i = slice%find(name)
+      if (i == 0) return
+      associate (assignment => slice%assignment(i))
+         if (what_is_wrong(assignment%value, assignment%values, a_number) /= '') return
+         read (assignment%value, *, iostat=status) value
+      end associate
+   end subroutine given_number
+
+   !> The same for an option, with its quotes taken off.
+   subroutine given_text(slice, name, value)
+      type(group_slice_t), intent(in) :: slice
+      character(len=*), intent(in) :: name
+      character(len=*), intent(inout) :: value
+      integer :: i, status
+
+      i = slice%find(name)
+      if (i == 0) return
+      associate (assignment => slice%assignment(i))
+         if (what_is_wrong(assignment%value, assignment%values, an_option) /= '') return
+         read (assignment%value, *, iostat=status) value
+      end associate
+   end subroutine given_text
 
    !> A number must lie in a range; a number not given passes, unless it is required.
    subroutine check_range(errors, slice, name, value, above, below, least, most, required)

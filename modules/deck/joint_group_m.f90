@@ -2,52 +2,30 @@
 module joint_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set
-   use bounds_m, only: least_wall, most_wall, least_sample, most_sample, least_angle, least_aperture, &
-                       most_aperture, least_penalty, most_penalty, most_stress, least_stiffness, most_stiffness
+   use bounds_m, only: least_penalty, most_penalty
    use errors_m, only: error_list_t
+   use joint_law_m, only: joint_law_t
+   use law_list_m, only: law_names, new_law, all_variables
+   use law_variable_m, only: law_variable_t, law_settings_t, complaints_t, defaults, default_word, same_variable
    use text_m, only: exact_text, quoted
    use deck_scan_m, only: group_slice_t
    use deck_variable_m, only: variable_t, a_name, a_number, an_option, name_length, option_length, namelist_text, &
-                              require_clean_read, check_range, check_choice, check_given, &
-                              check_needed, check_idle
+                              require_clean_read, given_number, given_text, check_range, check_choice, check_given, &
+                              check_idle
    use deck_write_m, only: begin_group, put, end_group
    implicit none
    private
 
-   public :: read_joint, write_joint, has_roughness
+   public :: read_joint, write_joint, list_warnings
 
-   !> Beyond these the unit must be wrong: JRC [-] (profiles reach 20), strength [MPa], laboratory sample [m]
-   real(wp), parameter :: roughest = 30.0_wp
-   real(wp), parameter :: right_angle = 90.0_wp
-
-   !> &joint
-   type, public :: joint_t
+   !> What all laws share
+   type :: shared_t
       !> Line of the deck on which the group starts (0: not in the deck)
       integer :: line = 0
       !> Physical curve of the mesh
       character(len=name_length) :: group = ''
       !> Law of the joint: 'jcm_mean' has one JRC and JCS from the mean block-edge length
       character(len=option_length) :: law = 'jcm'
-      !> JRC of the laboratory sample [-]
-      real(wp) :: jrc0 = unset
-      !> JCS of the laboratory sample [MPa]
-      real(wp) :: jcs0_mpa = unset
-      !> Uniaxial strength of the rock [MPa]; jcs0_mpa when not given
-      real(wp) :: sigma_c_mpa = unset
-      !> Length of the laboratory sample [m]
-      real(wp) :: l0 = unset
-      !> Residual friction angle [degrees]
-      real(wp) :: phi_r = unset
-      !> Initial aperture [mm]; eq 10 when not given
-      real(wp) :: a0_mm = unset
-      !> Equation of the peak displacement
-      character(len=option_length) :: peak = 'eq15'
-      !> Mobilised JRC after the peak: Table 1 or eq 16
-      character(len=option_length) :: post_peak = 'table'
-      !> Block edges shorter than l0: eqs 8 and 9 as they are, or the length taken as l0
-      character(len=option_length) :: short_edges = 'extrapolate'
-      !> Largest total friction angle [degrees]
-      real(wp) :: max_angle = 70.0_wp
       !> Closure and dilation update the aperture only, or push the walls
       character(len=option_length) :: coupling = 'paper'
       !> Spring-slider, or eq 4 with the relative velocity
@@ -62,44 +40,25 @@ module joint_group_m
       character(len=option_length) :: normal_stress = 'contact'
       !> Aperture of walls that part: with the dilation they keep, or eq 31 to the letter
       character(len=option_length) :: aperture = 'continuous'
-      !> Friction angle of the Coulomb law [degrees]; phi_r when not given
-      real(wp) :: friction_angle = unset
-      !> Cohesion of the Coulomb law [Pa]
-      real(wp) :: cohesion = 0.0_wp
-      !> Normal stiffness of the Coulomb law [MPa/mm]; closure as in jcm_mean when not given
-      real(wp) :: kn_mpa_mm = unset
-      !> Shear stiffness of the Coulomb law [MPa/mm]; that of jcm_mean up to its residual friction when not given
-      real(wp) :: ks_mpa_mm = unset
+   end type shared_t
+
+   !> &joint
+   type, extends(shared_t), public :: joint_t
+      !> Variables of the laws, those that are not given with their defaults
+      type(law_settings_t) :: settings
    end type joint_t
 
+   !> Those that all laws share; the laws have more (all_variables)
    type(variable_t), parameter :: variables(*) = [ &
                                   variable_t('group', a_name), &
                                   variable_t('law', an_option), &
-                                  variable_t('jrc0', a_number), &
-                                  variable_t('jcs0_mpa', a_number), &
-                                  variable_t('sigma_c_mpa', a_number), &
-                                  variable_t('l0', a_number), &
-                                  variable_t('phi_r', a_number), &
-                                  variable_t('a0_mm', a_number), &
-                                  variable_t('peak', an_option), &
-                                  variable_t('post_peak', an_option), &
-                                  variable_t('short_edges', an_option), &
-                                  variable_t('max_angle', a_number), &
                                   variable_t('coupling', an_option), &
                                   variable_t('friction', an_option), &
                                   variable_t('normal', an_option), &
                                   variable_t('contact', an_option), &
                                   variable_t('penalty', a_number), &
                                   variable_t('normal_stress', an_option), &
-                                  variable_t('aperture', an_option), &
-                                  variable_t('friction_angle', a_number), &
-                                  variable_t('cohesion', a_number), &
-                                  variable_t('kn_mpa_mm', a_number), &
-                                  variable_t('ks_mpa_mm', a_number)]
-   character(len=*), parameter :: laws(*) = ['jcm     ', 'jcm_mean', 'coulomb ']
-   character(len=*), parameter :: peaks(*) = ['eq15', 'eq14']
-   character(len=*), parameter :: post_peaks(*) = ['table', 'eq16 ']
-   character(len=*), parameter :: short_edge_rules(*) = ['extrapolate', 'l0         ']
+                                  variable_t('aperture', an_option)]
    character(len=*), parameter :: couplings(*) = ['paper  ', 'coupled']
    character(len=*), parameter :: frictions(*) = ['slider  ', 'velocity']
    character(len=*), parameter :: normals(*) = ['joint  ', 'penalty']
@@ -107,83 +66,110 @@ module joint_group_m
    character(len=*), parameter :: normal_stresses(*) = ['contact', 'walls  ']
    character(len=*), parameter :: apertures(*) = ['continuous', 'eq31      ']
 
+   !> Law variables are listed behind so many
+   integer, parameter :: shown_first = 2
+
 contains
 
    !> Read and check the group.
-   subroutine read_joint(slice, joint, errors)
+   subroutine read_joint(slice, found, errors)
       !> The group as written
       type(group_slice_t), intent(in) :: slice
       !> Its settings
-      type(joint_t), intent(out) :: joint
+      type(joint_t), intent(out) :: found
       type(error_list_t), intent(inout) :: errors
+      type(shared_t) :: joint
       character(len=:), allocatable :: text
       character(len=256) :: message
-      integer :: status
+      type(law_variable_t), allocatable :: of_laws(:)
+      integer :: status, i
       namelist /settings/ joint
 
       joint%line = slice%line
-      call namelist_text(slice, variables, text, errors)
+      allocate (of_laws, source=all_variables())
+      call namelist_text(slice, [variables(:shown_first), &
+                                 [(variable_t(of_laws(i)%name, merge(a_number, an_option, of_laws(i)%choices == ''), &
+                                              apart=.true.), i=1, size(of_laws))], variables(shown_first + 1:)], text, errors)
       read (text, nml=settings, iostat=status, iomsg=message)
       call require_clean_read(slice, status, message, errors)
       call check_joint(slice, joint, errors)
-      call check_law(slice, joint, errors)
-      call check_aperture(slice, joint, errors)
+      found%shared_t = joint
+      found%settings = defaults(of_laws)
+      do i = 1, size(of_laws)
+         call read_law_variable(slice, of_laws(i), found%settings, errors)
+      end do
+      call check_contact(slice, found, errors)
+      call check_law(slice, found, errors)
    end subroutine read_joint
 
-   !> Ranges and choices.
+   !> Ranges and choices of what all laws share.
    subroutine check_joint(slice, joint, errors)
       type(group_slice_t), intent(in) :: slice
-      type(joint_t), intent(inout) :: joint
+      type(shared_t), intent(inout) :: joint
       type(error_list_t), intent(inout) :: errors
 
       call check_given(errors, slice, 'group', joint%group, 'a physical curve of the mesh')
-      call check_choice(errors, slice, 'law', joint%law, laws)
-      call check_choice(errors, slice, 'peak', joint%peak, peaks)
-      call check_choice(errors, slice, 'post_peak', joint%post_peak, post_peaks)
-      call check_choice(errors, slice, 'short_edges', joint%short_edges, short_edge_rules)
+      call check_choice(errors, slice, 'law', joint%law, law_names)
       call check_choice(errors, slice, 'coupling', joint%coupling, couplings)
       call check_choice(errors, slice, 'friction', joint%friction, frictions)
       call check_choice(errors, slice, 'normal', joint%normal, normals)
       call check_choice(errors, slice, 'contact', joint%contact, contacts)
       call check_choice(errors, slice, 'normal_stress', joint%normal_stress, normal_stresses)
       call check_choice(errors, slice, 'aperture', joint%aperture, apertures)
-      call check_range(errors, slice, 'jrc0', joint%jrc0, least=0.0_wp, most=roughest)
-      call check_range(errors, slice, 'jcs0_mpa', joint%jcs0_mpa, least=least_wall, most=most_wall)
-      call check_range(errors, slice, 'sigma_c_mpa', joint%sigma_c_mpa, least=least_wall, most=most_wall)
-      call check_range(errors, slice, 'l0', joint%l0, least=least_sample, most=most_sample)
-      call check_range(errors, slice, 'phi_r', joint%phi_r, least=least_angle, below=right_angle)
-      call check_range(errors, slice, 'a0_mm', joint%a0_mm, least=least_aperture, most=most_aperture)
-      call check_range(errors, slice, 'max_angle', joint%max_angle, least=least_angle, below=right_angle)
       call check_range(errors, slice, 'penalty', joint%penalty, least=least_penalty, most=most_penalty)
-      call check_range(errors, slice, 'friction_angle', joint%friction_angle, least=0.0_wp, below=right_angle)
-      call check_range(errors, slice, 'cohesion', joint%cohesion, least=0.0_wp, most=most_stress)
-      call check_range(errors, slice, 'kn_mpa_mm', joint%kn_mpa_mm, least=least_stiffness, most=most_stiffness)
-      call check_range(errors, slice, 'ks_mpa_mm', joint%ks_mpa_mm, least=least_stiffness, most=most_stiffness)
    end subroutine check_joint
 
-   !> The law has the parameters it needs, and the contact chosen can give it its stresses.
-   subroutine check_law(slice, joint, errors)
+   !> Value of a law's variable, within its range or among its choices.
+   subroutine read_law_variable(slice, variable, settings, errors)
+      type(group_slice_t), intent(in) :: slice
+      type(law_variable_t), intent(in) :: variable
+      type(law_settings_t), intent(inout) :: settings
+      type(error_list_t), intent(inout) :: errors
+      character(len=option_length) :: word
+      real(wp) :: number
+      !> Limits that do not exist are not allocated, and thereby not present
+      real(wp), allocatable :: above, below, least, most
+
+      if (variable%choices /= '') then
+         word = settings%word(variable%name)
+         call given_text(slice, trim(variable%name), word)
+         call check_choice(errors, slice, trim(variable%name), word, words_of(variable%choices))
+         call settings%set_word(variable%name, word)
+         return
+      end if
+      number = variable%default
+      call given_number(slice, trim(variable%name), number)
+      if (is_set(variable%above)) above = variable%above
+      if (is_set(variable%below)) below = variable%below
+      if (is_set(variable%least)) least = variable%least
+      if (is_set(variable%most)) most = variable%most
+      call check_range(errors, slice, trim(variable%name), number, above, below, least, most)
+      call settings%set_number(variable%name, number)
+   end subroutine read_law_variable
+
+   !> The words of a list.
+   pure function words_of(list) result(words)
+      !> Words between blanks
+      character(len=*), intent(in) :: list
+      character(len=option_length), allocatable :: words(:)
+      character(len=len(list)) :: rest
+      integer :: blank
+
+      allocate (words(0))
+      rest = list
+      do while (rest /= '')
+         blank = index(rest, ' ')
+         words = [character(len=option_length) :: words, rest(:blank - 1)]
+         rest = adjustl(rest(blank:))
+      end do
+   end function words_of
+
+   !> The contact chosen can give the law its stresses.
+   subroutine check_contact(slice, joint, errors)
       type(group_slice_t), intent(in) :: slice
       type(joint_t), intent(in) :: joint
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: law
 
-      law = 'law = '//quoted(joint%law)
-      select case (joint%law)
-      case ('jcm', 'jcm_mean')
-         call check_needed(errors, slice, 'jrc0', joint%jrc0, law)
-         call check_needed(errors, slice, 'jcs0_mpa', joint%jcs0_mpa, law)
-         call check_needed(errors, slice, 'l0', joint%l0, law)
-         call check_needed(errors, slice, 'phi_r', joint%phi_r, law)
-      case ('coulomb')
-         if (.not. is_set(joint%phi_r)) call check_needed(errors, slice, 'friction_angle', joint%friction_angle, law)
-         if (joint%normal == 'joint' .and. .not. has_roughness(joint)) then
-            call check_needed(errors, slice, 'kn_mpa_mm', joint%kn_mpa_mm, law//" with normal = 'joint'")
-            if (joint%friction == 'slider') then
-               call check_needed(errors, slice, 'ks_mpa_mm', joint%ks_mpa_mm, law//" with friction = 'slider'")
-            end if
-         end if
-      end select
       if (joint%coupling == 'coupled' .and. joint%contact == 'potential') then
          call errors%add(slice%place('coupling')//" = 'coupled': dilation does not push the walls of contact = 'potential'; "// &
                          "must be 'paper', or contact = 'wall'")
@@ -195,51 +181,114 @@ contains
          end if
          call check_idle(errors, slice, 'penalty', joint%penalty, "normal = 'penalty'")
       end if
-   end subroutine check_law
+   end subroutine check_contact
 
-   !> Are the parameters of the JCM there, from which stiffness and closure of a Coulomb joint can be had?
-   pure logical function has_roughness(joint)
+   !> What the law says of its settings; it knows the options that all laws share too.
+   subroutine ask_law(joint, complaints)
       type(joint_t), intent(in) :: joint
+      type(complaints_t), intent(out) :: complaints
+      type(law_settings_t) :: settings
+      class(joint_law_t), allocatable :: law
 
-      has_roughness = all(is_set([joint%jrc0, joint%jcs0_mpa, joint%l0, joint%phi_r]))
-   end function has_roughness
+      settings = joint%settings
+      call settings%set_word('law', joint%law)
+      call settings%set_word('coupling', joint%coupling)
+      call settings%set_word('friction', joint%friction)
+      call settings%set_word('normal', joint%normal)
+      call settings%set_word('contact', joint%contact)
+      call new_law(joint%law, law)
+      if (allocated(law)) call law%check(settings, complaints)
+   end subroutine ask_law
 
-   !> The initial aperture of eq 10 must come out positive.
-   subroutine check_aperture(slice, joint, errors)
+   !> Errors of the law. A value that is missing and was given could not be read, which has been reported.
+   subroutine check_law(slice, joint, errors)
       type(group_slice_t), intent(in) :: slice
       type(joint_t), intent(in) :: joint
       type(error_list_t), intent(inout) :: errors
+      type(complaints_t) :: complaints
+      character(len=:), allocatable :: name
+      integer :: i
 
-      if ((joint%law == 'coulomb' .and. .not. has_roughness(joint)) .or. is_set(joint%a0_mm)) return
-      if (is_set(joint%jrc0) .and. abs(joint%jrc0) <= 0) then
-         call errors%add(slice%place('jrc0')//': eq 10 gives no initial aperture; must be above 0, or a0_mm be given')
-      end if
-      if (.not. (is_set(joint%sigma_c_mpa) .and. is_set(joint%jcs0_mpa))) return
-      ! Eq 10: a0 = JRC0/5 (0.2 sc/JCS0 - 0.1)
-      if (joint%jcs0_mpa >= 2*joint%sigma_c_mpa) then
-         call errors%add(slice%place('sigma_c_mpa')//': eq 10 gives no initial aperture; must be above '// &
-                         'half of jcs0_mpa ('//exact_text(joint%jcs0_mpa/2)//'), or a0_mm be given')
-      end if
-   end subroutine check_aperture
+      call ask_law(joint, complaints)
+      do i = 1, complaints%count()
+         if (.not. complaints%item(i)%is_error) cycle
+         name = trim(complaints%item(i)%name)
+         if (complaints%item(i)%is_missing .and. slice%find(name) > 0) cycle
+         call errors%add(slice%place(name)//complaints%item(i)%text)
+      end do
+   end subroutine check_law
 
-   !> Write the effective group, every variable.
+   !> Warnings of the law, and variables that are given for others.
+   subroutine list_warnings(joint, place, warnings)
+      type(joint_t), intent(in) :: joint
+      !> Start of the message
+      character(len=*), intent(in) :: place
+      type(error_list_t), intent(inout) :: warnings
+      type(complaints_t) :: complaints
+      type(law_variable_t), allocatable :: of_laws(:)
+      character(len=:), allocatable :: idle
+      integer :: i
+
+      call ask_law(joint, complaints)
+      do i = 1, complaints%count()
+         associate (complaint => complaints%item(i))
+            if (complaint%is_error) cycle
+            if (complaint%name == '') then
+               call warnings%add(place//complaint%text)
+            else
+               call warnings%add(place//trim(complaint%name)//' = '//exact_text(joint%settings%number(complaint%name))// &
+                                 complaint%text)
+            end if
+         end associate
+      end do
+      idle = ''
+      allocate (of_laws, source=all_variables())
+      do i = 1, size(of_laws)
+         if (.not. belongs(joint%law, of_laws(i)) .and. is_given(joint%settings, of_laws(i))) &
+            idle = idle//', '//trim(of_laws(i)%name)
+      end do
+      if (idle /= '') call warnings%add(place//'law = '//quoted(trim(joint%law))//': '//idle(3:)//' have no effect')
+   end subroutine list_warnings
+
+   !> Is it a variable of this law?
+   logical function belongs(name, variable)
+      !> Name of the law
+      character(len=*), intent(in) :: name
+      type(law_variable_t), intent(in) :: variable
+      class(joint_law_t), allocatable :: law
+
+      call new_law(name, law)
+      belongs = .false.
+      if (allocated(law)) belongs = any(same_variable(law%variables(), variable))
+   end function belongs
+
+   !> Has a variable another value than it has by default?
+   pure logical function is_given(settings, variable)
+      type(law_settings_t), intent(in) :: settings
+      type(law_variable_t), intent(in) :: variable
+
+      if (variable%choices == '') then
+         is_given = abs(settings%number(variable%name) - variable%default) > 0.0_wp
+      else
+         is_given = settings%word(variable%name) /= default_word(variable)
+      end if
+   end function is_given
+
+   !> Write the effective group: what all laws share, every variable of its law, and those of others that are given.
    subroutine write_joint(joint, unit)
       type(joint_t), intent(in) :: joint
       integer, intent(in) :: unit
+      type(law_variable_t), allocatable :: of_laws(:)
+      integer :: i
 
       call begin_group(unit, 'joint')
       call put(unit, 'group', joint%group)
       call put(unit, 'law', joint%law)
-      call put(unit, 'jrc0', joint%jrc0)
-      call put(unit, 'jcs0_mpa', joint%jcs0_mpa)
-      call put(unit, 'sigma_c_mpa', joint%sigma_c_mpa, 'jcs0_mpa')
-      call put(unit, 'l0', joint%l0)
-      call put(unit, 'phi_r', joint%phi_r)
-      call put(unit, 'a0_mm', joint%a0_mm, 'from jrc0, jcs0_mpa and sigma_c_mpa by eq 10')
-      call put(unit, 'peak', joint%peak)
-      call put(unit, 'post_peak', joint%post_peak)
-      call put(unit, 'short_edges', joint%short_edges)
-      call put(unit, 'max_angle', joint%max_angle)
+      allocate (of_laws, source=all_variables())
+      do i = 1, size(of_laws)
+         if (.not. (belongs(joint%law, of_laws(i)) .or. is_given(joint%settings, of_laws(i)))) cycle
+         call write_variable(of_laws(i))
+      end do
       call put(unit, 'coupling', joint%coupling)
       call put(unit, 'friction', joint%friction)
       call put(unit, 'normal', joint%normal)
@@ -247,11 +296,23 @@ contains
       call put(unit, 'penalty', joint%penalty, 'penalty_factor times young of the wall rock')
       call put(unit, 'normal_stress', joint%normal_stress)
       call put(unit, 'aperture', joint%aperture)
-      call put(unit, 'friction_angle', joint%friction_angle, 'phi_r')
-      call put(unit, 'cohesion', joint%cohesion)
-      call put(unit, 'kn_mpa_mm', joint%kn_mpa_mm, 'closure of eqs 5 to 7 at the mean length of the block edges')
-      call put(unit, 'ks_mpa_mm', joint%ks_mpa_mm, 'of the JCM at that length, up to its residual friction')
       call end_group(unit)
+
+   contains
+
+      !> Write the variable of a law.
+      subroutine write_variable(variable)
+         type(law_variable_t), intent(in) :: variable
+
+         if (variable%choices /= '') then
+            call put(unit, trim(variable%name), joint%settings%word(variable%name))
+         else if (variable%instead == '') then
+            call put(unit, trim(variable%name), joint%settings%number(variable%name))
+         else
+            call put(unit, trim(variable%name), joint%settings%number(variable%name), trim(variable%instead))
+         end if
+      end subroutine write_variable
+
    end subroutine write_joint
 
 end module joint_group_m

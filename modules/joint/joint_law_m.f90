@@ -1,185 +1,181 @@
-!> The joint laws behind one interface: one case a law in each verb below. A new law also needs its deck variables
-!> (joint_group_m) and its scaling to a block edge (scene_m).
+!> What a joint law is: the type that every law extends, each in a file of its own (NAME_law_m). A law states its deck variables
+!> and checks them, scales itself to a block edge, advances a joint and says how it answers. It works in MPa, mm and degrees;
+!> everything else in SI units. law_list_m says which laws there are.
 module joint_law_m
    use kinds_m, only: wp
    use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t, joint_dilation_t
-   use jcm_m, only: jcm_edge_t, jcm_update, jcm_tangent, jcm_dilation, jcm_retrace
-   use jcm_m, only: closure_stress, closure, normal_stiffness, elastic_shear_stiffness
-   use coulomb_joint_m, only: coulomb_joint_t, coulomb_update, coulomb_tangent
-   use coulomb_joint_m, only: coulomb_closure_stress, coulomb_closure, coulomb_normal_stiffness, coulomb_shear_stiffness
+   use law_variable_m, only: law_variable_t, law_settings_t, complaints_t, sentence_length, word_length
    implicit none
    private
 
-   public :: joint_law_named, update_joint, joint_tangent
-   public :: joint_dilation, joint_retrace
-   public :: joint_closure_stress, joint_closure, joint_normal_stiffness, joint_shear_stiffness, joint_initial_aperture
+   !> A value of a law that does not change, for the results
+   type, public :: law_result_t
+      !> Name of the dataset, with its unit where that is not SI; unit and description
+      character(len=word_length) :: name = '', unit = ''
+      character(len=sentence_length) :: description = ''
+      real(wp) :: value = 0.0_wp
+   end type law_result_t
 
-   !> The laws. jcm_mean is jcm on edges that were all scaled to the mean block-edge length.
-   integer, parameter, public :: law_unknown = 0, law_jcm = 1, law_jcm_mean = 2, law_coulomb = 3
+   !> Where a law was kept within its bounds, and did it have to be?
+   type, public :: guard_t
+      character(len=2*sentence_length) :: text = ''
+      logical :: acted = .false.
+   end type guard_t
 
    !> The law of one joint element (or of all joint elements of a block edge)
-   type, public :: joint_law_t
-      !> Which law
-      integer :: kind = law_jcm
-      !> Its parameters; only those of its kind count
-      type(jcm_edge_t) :: jcm
-      type(coulomb_joint_t) :: coulomb
+   type, abstract, public :: joint_law_t
+   contains
+      ! Once: from the deck to the law of a block edge, and what it says of itself
+      procedure(list_of_variables), deferred, nopass :: variables
+      procedure(check_of_settings), deferred, nopass :: check
+      procedure(scaling_to_edge), deferred :: scale
+      procedure :: lend => needs_no_stiffness
+      procedure :: guards => no_guards
+      procedure :: own_closure => none_of_its_own
+      procedure(list_of_results), deferred :: results
+      procedure(value_of_law), deferred :: initial_aperture
+      ! In every step
+      procedure(advance), deferred :: update
+      procedure(derivatives), deferred :: tangent
+      procedure :: dilation => no_dilation
+      procedure :: retrace => stay_dilated
+      procedure(answer), deferred :: closure_stress
+      procedure(answer), deferred :: closure
+      procedure(answer), deferred :: normal_stiffness
+      procedure(answer), deferred :: shear_stiffness
    end type joint_law_t
+
+   !> A law in an array of laws of any kind
+   type, public :: law_item_t
+      class(joint_law_t), allocatable :: raw
+   end type law_item_t
+
+   abstract interface
+      !> Deck variables of the law, those it shares with others too.
+      function list_of_variables() result(variables)
+         import :: law_variable_t
+         type(law_variable_t), allocatable :: variables(:)
+      end function list_of_variables
+
+      !> What is wrong with the settings as a whole; ranges have been looked at.
+      subroutine check_of_settings(settings, complaints)
+         import :: law_settings_t, complaints_t
+         type(law_settings_t), intent(in) :: settings
+         type(complaints_t), intent(inout) :: complaints
+      end subroutine check_of_settings
+
+      !> The law at the scale of a block edge.
+      pure subroutine scaling_to_edge(self, settings, edge_length, mean_length)
+         import :: joint_law_t, law_settings_t, wp
+         class(joint_law_t), intent(inout) :: self
+         type(law_settings_t), intent(in) :: settings
+         !> Length of the block edge, mean length of the block edges of the &joint [m]
+         real(wp), intent(in) :: edge_length, mean_length
+      end subroutine scaling_to_edge
+
+      !> Values of the law for the results.
+      pure function list_of_results(self) result(list)
+         import :: joint_law_t, law_result_t
+         class(joint_law_t), intent(in) :: self
+         type(law_result_t), allocatable :: list(:)
+      end function list_of_results
+
+      !> A value of the law in mm.
+      pure real(wp) function value_of_law(self)
+         import :: joint_law_t, wp
+         class(joint_law_t), intent(in) :: self
+      end function value_of_law
+
+      !> Advance one joint element by a slip du to a new normal stress.
+      pure subroutine advance(self, du, sn, state, path)
+         import :: joint_law_t, joint_point_t, joint_slip_t, wp
+         class(joint_law_t), intent(in) :: self
+         !> Slip of the step [mm], normal stress at its end (<= 0: open) [MPa]
+         real(wp), intent(in) :: du, sn
+         type(joint_point_t), intent(inout) :: state
+         !> Stresses under which walls that ride on their asperities slip; the end's when not given
+         type(joint_slip_t), intent(in), optional :: path
+      end subroutine advance
+
+      !> Tangent of the step that led to a state.
+      pure function derivatives(self, state, path) result(tangent)
+         import :: joint_law_t, joint_point_t, joint_slip_t, joint_tangent_t
+         class(joint_law_t), intent(in) :: self
+         type(joint_point_t), intent(in) :: state
+         !> As for the update
+         type(joint_slip_t), intent(in), optional :: path
+         type(joint_tangent_t) :: tangent
+      end function derivatives
+
+      !> closure_stress: normal stress of a closure [MPa]; closure: its inverse, 0 or what has set when open [mm].
+      !> normal_stiffness: at a normal stress, that of first touch when open; shear_stiffness: elastic [MPa/mm].
+      pure real(wp) function answer(self, state, value)
+         import :: joint_law_t, joint_point_t, wp
+         class(joint_law_t), intent(in) :: self
+         !> At the start of the step: it holds the curve that the closure is on
+         type(joint_point_t), intent(in) :: state
+         !> Closure by normal stress [mm] for closure_stress, normal stress [MPa] for the others
+         real(wp), intent(in) :: value
+      end function answer
+   end interface
 
 contains
 
-   !> The law a deck word names, law_unknown when it names none.
-   pure integer function joint_law_named(word)
-      !> Word from the deck, lower case
-      character(len=*), intent(in) :: word
+   !> Most laws have a stiffness of their own.
+   pure subroutine needs_no_stiffness(self, penalty)
+      class(joint_law_t), intent(inout) :: self
+      !> Penalty stiffness of the walls, for a law that has none [MPa/mm]
+      real(wp), intent(in) :: penalty
 
-      select case (word)
-      case ('jcm')
-         joint_law_named = law_jcm
-      case ('jcm_mean')
-         joint_law_named = law_jcm_mean
-      case ('coulomb')
-         joint_law_named = law_coulomb
-      case default
-         joint_law_named = law_unknown
-      end select
-   end function joint_law_named
+      associate (unused => self, also => penalty)
+      end associate
+   end subroutine needs_no_stiffness
 
-   !> Advance one joint element by a slip du to a new normal stress.
-   pure subroutine update_joint(law, du, sn, state, path)
-      type(joint_law_t), intent(in) :: law
-      !> Slip of the step [mm], normal stress at its end (<= 0: open) [MPa]
-      real(wp), intent(in) :: du, sn
-      type(joint_point_t), intent(inout) :: state
-      !> Stresses under which walls that ride on their asperities slip; the end's when not given
-      type(joint_slip_t), intent(in), optional :: path
+   !> Most laws need no bounds.
+   pure function no_guards(self) result(guards)
+      class(joint_law_t), intent(in) :: self
+      type(guard_t), allocatable :: guards(:)
 
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         call jcm_update(law%jcm, du, sn, state, path)
-      case (law_coulomb)
-         call coulomb_update(law%coulomb, du, sn, state)
-      end select
-   end subroutine update_joint
+      associate (unused => self)
+      end associate
+      allocate (guards(0))
+   end function no_guards
 
-   !> Tangent of the last step.
-   pure function joint_tangent(law, state, path) result(tangent)
-      type(joint_law_t), intent(in) :: law
-      type(joint_point_t), intent(in) :: state
-      !> As for update_joint
-      type(joint_slip_t), intent(in), optional :: path
-      type(joint_tangent_t) :: tangent
+   !> Largest closure by a curve of the law's own [mm]; 0: walls press by a stiffness that the deck gives.
+   pure real(wp) function none_of_its_own(self) result(largest)
+      class(joint_law_t), intent(in) :: self
 
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         tangent = jcm_tangent(law%jcm, state, path)
-      case (law_coulomb)
-         tangent = coulomb_tangent(law%coulomb, state)
-      end select
-   end function joint_tangent
+      associate (unused => self)
+      end associate
+      largest = 0.0_wp
+   end function none_of_its_own
 
-   !> Dilation of a slip beyond u_max at a normal stress.
-   pure function joint_dilation(law, state, slip, sn) result(dilation)
-      type(joint_law_t), intent(in) :: law
+   !> Dilation of a slip beyond u_max at a normal stress: none.
+   pure function no_dilation(self, state, slip, sn) result(dilation)
+      class(joint_law_t), intent(in) :: self
       !> State at the start of the slip
       type(joint_point_t), intent(in) :: state
       !> Slip beyond u_max [mm], normal stress [MPa]
       real(wp), intent(in) :: slip, sn
       type(joint_dilation_t) :: dilation
 
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         dilation = jcm_dilation(law%jcm, state, slip, sn)
-      end select
-   end function joint_dilation
+      associate (unused => self, also => state, too => slip, as_well => sn)
+      end associate
+      dilation = joint_dilation_t()
+   end function no_dilation
 
-   !> Dilation [mm] of a joint whose |u| is at most u_max, or that slips on without contact, and its slope [-].
-   pure subroutine joint_retrace(law, state, u, dilation, slope)
-      type(joint_law_t), intent(in) :: law
+   !> Dilation [mm] of a joint whose |u| is at most u_max, or that slips on without contact, and its slope [-]: it stays.
+   pure subroutine stay_dilated(self, state, u, dilation, slope)
+      class(joint_law_t), intent(in) :: self
       type(joint_point_t), intent(in) :: state
       !> Shear displacement [mm]
       real(wp), intent(in) :: u
       real(wp), intent(out) :: dilation, slope
 
+      associate (unused => self, also => u)
+      end associate
       dilation = state%dilation
       slope = 0.0_wp
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         call jcm_retrace(law%jcm, state, u, dilation, slope)
-      end select
-   end subroutine joint_retrace
-
-   !> Normal stress of a closure vn [MPa].
-   pure real(wp) function joint_closure_stress(law, vn) result(sn)
-      type(joint_law_t), intent(in) :: law
-      !> Closure by normal stress [mm]
-      real(wp), intent(in) :: vn
-
-      sn = 0.0_wp
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         sn = closure_stress(law%jcm%kn0, law%jcm%vm, vn)
-      case (law_coulomb)
-         sn = coulomb_closure_stress(law%coulomb, vn)
-      end select
-   end function joint_closure_stress
-
-   !> Closure under a normal stress [mm], the inverse of joint_closure_stress; none when open.
-   pure real(wp) function joint_closure(law, sn) result(vn)
-      type(joint_law_t), intent(in) :: law
-      !> Normal stress [MPa]
-      real(wp), intent(in) :: sn
-
-      vn = 0.0_wp
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         vn = closure(law%jcm%kn0, law%jcm%vm, sn)
-      case (law_coulomb)
-         vn = coulomb_closure(law%coulomb, sn)
-      end select
-   end function joint_closure
-
-   !> Normal stiffness at a normal stress, for the stable step; that of first touch when open [MPa/mm].
-   pure real(wp) function joint_normal_stiffness(law, sn) result(stiffness)
-      type(joint_law_t), intent(in) :: law
-      !> Normal stress [MPa]
-      real(wp), intent(in) :: sn
-
-      stiffness = 0.0_wp
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         stiffness = normal_stiffness(law%jcm%kn0, law%jcm%vm, sn)
-      case (law_coulomb)
-         stiffness = coulomb_normal_stiffness(law%coulomb, sn)
-      end select
-   end function joint_normal_stiffness
-
-   !> Elastic shear stiffness at a normal stress, for the stable step [MPa/mm].
-   pure real(wp) function joint_shear_stiffness(law, sn) result(stiffness)
-      type(joint_law_t), intent(in) :: law
-      !> Normal stress [MPa]
-      real(wp), intent(in) :: sn
-
-      stiffness = 0.0_wp
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         stiffness = elastic_shear_stiffness(law%jcm, sn)
-      case (law_coulomb)
-         stiffness = coulomb_shear_stiffness(law%coulomb, sn)
-      end select
-   end function joint_shear_stiffness
-
-   !> Initial aperture [mm].
-   pure real(wp) function joint_initial_aperture(law) result(a0)
-      type(joint_law_t), intent(in) :: law
-
-      a0 = 0.0_wp
-      select case (law%kind)
-      case (law_jcm, law_jcm_mean)
-         a0 = law%jcm%a0
-      case (law_coulomb)
-         a0 = law%coulomb%a0
-      end select
-   end function joint_initial_aperture
+   end subroutine stay_dilated
 
 end module joint_law_m

@@ -13,7 +13,7 @@ module results_m
    use field_list_m, only: field_list_t, on_nodes, on_joints
    use crack_results_m, only: write_cracks, append_cracks
    use bonds_m, only: bond_damage
-   use joint_law_m, only: law_coulomb
+   use joint_law_m, only: law_result_t
    use edge_results_m, only: edge_sums, write_edges
    use provenance_m, only: provenance_t, provenance_of
    use run_checkpoint_m, only: place_t, save_run
@@ -368,39 +368,50 @@ contains
       type(scene_t), intent(in) :: scene
       type(field_list_t), intent(out) :: list
 
-      real(wp), allocatable :: length(:), stiffness(:)
-      logical, allocatable :: rough(:)
-      integer :: j
+      type(law_result_t), allocatable :: known(:), of_law(:)
+      real(wp), allocatable :: value(:, :)
+      integer :: i, j, k
 
       if (size(scene%joints%law) == 0) return
-      associate (law => scene%joints%law, edge => scene%topology%edge_of_joint)
-         rough = law%kind /= law_coulomb
-         length = law%jcm%ln
-         stiffness = merge(law%jcm%kn0, law%coulomb%kn, rough)
-         do j = 1, size(length)
-            if (scene%joints%penalty(j) > 0.0_wp) stiffness(j) = scene%joints%penalty(j)
-            if (rough(j)) cycle
-            length(j) = scene%joints%length(j)
-            if (edge(j) > 0) length(j) = scene%topology%edge_length(edge(j))
+      known = [law_result_t('effective_length', 'm', 'length Ln of the block edge: that used in the scaling, cracks their own')]
+      do j = 1, size(scene%joints%law)
+         of_law = scene%joints%law(j)%raw%results()
+         do i = 1, size(of_law)
+            if (.not. any(known%name == of_law(i)%name)) known = [known, of_law(i)]
          end do
-         call list%add('effective_length', 'm', 'length Ln of the block edge: that used in the scaling, cracks their own', &
-                       on_joints, length)
-         if (any(rough)) then
-            call list%add('jrcn', '-', 'joint roughness coefficient at the scale of the block edge (eq 8); 0 on Coulomb joints', &
-                          on_joints, merge(law%jcm%jrcn, 0.0_wp, rough))
-            call list%add('jcsn_MPa', 'MPa', 'joint wall strength at the scale of the block edge (eq 9); 0 on Coulomb joints', &
-                          on_joints, merge(law%jcm%jcsn, 0.0_wp, rough))
-         end if
-         call list%add('friction_angle_deg', 'degrees', 'friction angle of the law: the residual one of the JCM', on_joints, &
-                       merge(law%jcm%phi_r, law%coulomb%friction_angle, rough))
-         call list%add('kn_MPa_mm', 'MPa/mm', 'normal stiffness of the walls, or the initial one where it grows with stress', &
-                       on_joints, stiffness)
-         if (all(rough)) return
-         call list%add('cohesion_MPa', 'MPa', 'cohesion of Coulomb joints; 0 on others', on_joints, &
-                       merge(0.0_wp, law%coulomb%cohesion, rough))
-         call list%add('ks_MPa_mm', 'MPa/mm', 'shear stiffness of Coulomb joints; 0 where it goes with the normal stress', &
-                       on_joints, merge(0.0_wp, max(law%coulomb%ks, 0.0_wp), rough))
-      end associate
+      end do
+      allocate (value(size(scene%joints%law), size(known)), source=0.0_wp)
+      do j = 1, size(scene%joints%law)
+         value(j, 1) = scene%joints%length(j)
+         associate (edge => scene%topology%edge_of_joint(j))
+            if (edge > 0) value(j, 1) = scene%topology%edge_length(edge)
+         end associate
+         of_law = scene%joints%law(j)%raw%results()
+         do i = 1, size(of_law)
+            k = findloc(known%name, of_law(i)%name, dim=1)
+            value(j, k) = of_law(i)%value
+            if (of_law(i)%name == 'kn_MPa_mm' .and. scene%joints%penalty(j) > 0.0_wp) value(j, k) = scene%joints%penalty(j)
+         end do
+      end do
+      do k = 1, size(known)
+         call list%add(trim(known(k)%name), trim(known(k)%unit), trim(known(k)%description)//of_others(k), on_joints, value(:, k))
+      end do
+
+   contains
+
+      !> What joints have whose law does not know a value.
+      function of_others(k) result(note)
+         integer, intent(in) :: k
+         character(len=:), allocatable :: note
+         integer :: i
+
+         note = ''
+         do i = 1, size(scene%joints%law)
+            of_law = scene%joints%law(i)%raw%results()
+            if (k > 1 .and. .not. any(of_law%name == known(k)%name)) note = '; 0 on joints of other laws'
+         end do
+      end function of_others
+
    end subroutine joint_constants
 
    !> One snapshot of all fields. A new field is one more line.

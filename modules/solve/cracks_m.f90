@@ -10,7 +10,6 @@ module cracks_m
    use bond_m, only: bond_is_broken, bond_has_parted, bond_energy, bond_mode, bond_weight
    use bonds_m, only: crack_event_t, start_bond, is_closed
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
-   use joint_law_m, only: law_coulomb
    use edges_m, only: next_corner
    use recut_m, only: recut, renew_contact, renew_loads, rock_law
    use scene_m, only: scene_t
@@ -132,7 +131,7 @@ contains
          end if
          if (.not. bond_has_parted(state%bonds%point(:, b))) cycle
          ! A law with a closure of its own can only take over walls that do not press on each other
-         if (scene%joints%law(scene%bonds%fractures + b)%kind /= law_coulomb .and. &
+         if (scene%joints%law(scene%bonds%fractures + b)%raw%own_closure() > 0.0_wp .and. &
              any(state%bonds%point(:, b)%normal < 0.0_wp)) cycle
          call hand_over(scene, state, b)
          parted = .true.

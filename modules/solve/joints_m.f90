@@ -9,9 +9,9 @@ module joints_m
    use mesh_m, only: split_mesh_t
    use joint_point_m, only: joint_point_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
-   use joint_law_m, only: joint_law_t, update_joint, joint_initial_aperture, joint_normal_stiffness, joint_shear_stiffness
+   use joint_law_m, only: law_item_t
    use jcm_m, only: aperture
-   use riding_m, only: ride_t, ride, closure_pressure
+   use riding_m, only: ride_t, ride, closure_pressure, pressure_stiffness
    use solid_m, only: solid_t, solid_stress
    use wall_contact_m, only: wall_contact_t, wall_meeting_t, points_of_joints, wall_slip_rate
    implicit none
@@ -24,7 +24,7 @@ module joints_m
       !> Index of the deck's &joint group (joints)
       integer, allocatable :: group(:)
       !> Law with its parameters at the scale of the joint's block edge (joints)
-      type(joint_law_t), allocatable :: law(:)
+      type(law_item_t), allocatable :: law(:)
       !> Length before any motion (joints) [m]
       real(wp), allocatable :: length(:)
       !> Penalty stiffness of the walls; 0: the joint's own stiffness (joints) [MPa/mm]
@@ -44,6 +44,8 @@ module joints_m
       !> Pressure and shear stress at the walls' integration points [Pa]; mean contact pressure of each joint on what is covered
       !> of its walls [MPa], and what is covered over their length now [-] (joints)
       real(wp), allocatable :: pressure(:), shear(:), contact_stress(:), covered(:)
+      !> d pressure/d overlap at the walls' integration points [MPa/mm]
+      real(wp), allocatable :: by_closure(:)
       !> Normal stiffness of each joint where it is stiffest, weighed by what it covers there (joints) [MPa/mm]
       real(wp), allocatable :: contact_stiffness(:)
       !> Larger of normal and shear stiffness when the stable step was last computed (joints) [MPa/mm]
@@ -94,7 +96,7 @@ contains
                 source=0.0_wp)
       allocate (tractions%covered(joints), source=1.0_wp)
       allocate (tractions%ride(joints))
-      allocate (tractions%pressure(0), tractions%shear(0), tractions%by_overlap(0), tractions%by_weight(0))
+      allocate (tractions%pressure(0), tractions%shear(0), tractions%by_closure(0), tractions%by_overlap(0), tractions%by_weight(0))
    end subroutine init_tractions
 
    !> Room for more joint elements, whose walls feel nothing yet.
@@ -128,17 +130,21 @@ contains
       type(joint_point_t), intent(inout) :: point(:)
       !> Opening w and aperture (joints) [mm]
       real(wp), intent(inout) :: opening(:), open_aperture(:)
-      type(joint_frame_t) :: frame
+      type(joint_frame_t) :: frame(size(walls%joint)/2)
       integer :: first(size(walls%joint)/2 + 1), i, j, k
       real(wp) :: slip_rate, force
 
       call make_room(met, tractions)
       call points_of_joints(met, first)
-      do i = 1, size(first) - 1
+      ! All pressures by the joints as they were at the start of the step: walls may face another joint's
+      do i = 1, size(frame)
          j = walls%joint(2*i)
-         frame = frame_of(joints, j, x, u)
-         call find_pressure(joints, met, j, first(i), first(i + 1) - 1, solid, u, frame, point(j), tractions)
-         call update(joints, tractions, j, solid, u, frame, point(j), opening(j), open_aperture(j))
+         frame(i) = frame_of(joints, j, x, u)
+         call find_pressure(joints, met, j, first(i), first(i + 1) - 1, solid, u, frame(i), point, tractions)
+      end do
+      do i = 1, size(frame)
+         j = walls%joint(2*i)
+         call update(joints, tractions, j, solid, u, frame(i), point(j), opening(j), open_aperture(j))
       end do
       do k = 1, met%points
          j = walls%joint(met%wall(k))
@@ -160,8 +166,8 @@ contains
       type(tractions_t), intent(inout) :: tractions
 
       if (size(tractions%pressure) >= met%points) return
-      deallocate (tractions%pressure, tractions%shear, tractions%by_overlap, tractions%by_weight)
-      allocate (tractions%pressure(size(met%wall)), tractions%shear(size(met%wall)))
+      deallocate (tractions%pressure, tractions%shear, tractions%by_closure, tractions%by_overlap, tractions%by_weight)
+      allocate (tractions%pressure(size(met%wall)), tractions%shear(size(met%wall)), tractions%by_closure(size(met%wall)))
       allocate (tractions%by_overlap(size(met%wall)), tractions%by_weight(size(met%wall)))
    end subroutine make_room
 
@@ -175,8 +181,8 @@ contains
       !> Displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: u(:, :)
       type(joint_frame_t), intent(in) :: frame
-      !> State of the joint at the start of the step
-      type(joint_point_t), intent(in) :: point
+      !> State of the joints at the start of the step (joints)
+      type(joint_point_t), intent(in) :: point(:)
       type(tractions_t), intent(inout) :: tractions
       real(wp) :: stress, overlap, force, covered, stiffness, stiffest, weighed
       integer :: k, softer
@@ -185,15 +191,14 @@ contains
       ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
       if (joints%coupled(j)) then
          associate (gap => -met%gap(first:last)/millimetre, weight => met%weight(first:last)/max(tiny(covered), covered), &
-                    du => frame%shear/millimetre - point%u, found => tractions%ride(j), &
+                    du => frame%shear/millimetre - point(j)%u, found => tractions%ride(j), &
                     by_overlap => tractions%by_overlap(first:last), by_weight => tractions%by_weight(first:last), &
                     other => merge(met%faced_joint(first:last), j, met%faced_joint(first:last) > 0))
             if (joints%stress_from_walls(j)) then
-               call ride(joints%law(j), joints%penalty(j), point, du, gap, weight, found, by_overlap, by_weight, &
-                         wall_stress(joints, j, solid, u, frame%j), joints%law(other), joints%penalty(other))
+               call ride(joints%law, joints%penalty, point, j, other, du, gap, weight, found, by_overlap, by_weight, &
+                         wall_stress(joints, j, solid, u, frame%j))
             else
-               call ride(joints%law(j), joints%penalty(j), point, du, gap, weight, found, by_overlap, by_weight, &
-                         faced_law=joints%law(other), faced_penalty=joints%penalty(other))
+               call ride(joints%law, joints%penalty, point, j, other, du, gap, weight, found, by_overlap, by_weight)
             end if
          end associate
       end if
@@ -202,12 +207,13 @@ contains
       weighed = 0.0_wp
       do k = first, last
          overlap = wall_overlap(joints, met, tractions, j, k)
-         softer = softer_joint(joints, met, j, k, overlap)
-         stress = closure_stress(joints, softer, overlap)
+         softer = softer_joint(joints, met, point, j, k, overlap)
+         stress = closure_stress(joints, point, softer, overlap)
          tractions%pressure(k) = stress*megapascal
          force = force + stress*met%weight(k)
+         stiffness = pressure_stiffness(joints%law(softer)%raw, joints%penalty(softer), point(softer), stress)
+         tractions%by_closure(k) = stiffness
          if (stress <= 0.0_wp .or. joints%penalty(softer) > 0.0_wp) cycle
-         stiffness = joint_normal_stiffness(joints%law(softer), stress)
          stiffest = max(stiffest, stiffness)
          weighed = weighed + stiffness*met%weight(k)
       end do
@@ -232,20 +238,24 @@ contains
    end function wall_overlap
 
    !> Contact pressure of an overlap by the closure of a joint or its penalty [MPa].
-   pure real(wp) function closure_stress(joints, j, overlap) result(stress)
+   pure real(wp) function closure_stress(joints, point, j, overlap) result(stress)
       type(joints_t), intent(in) :: joints
+      !> At the start of the step (joints)
+      type(joint_point_t), intent(in) :: point(:)
       integer, intent(in) :: j
       !> [mm]
       real(wp), intent(in) :: overlap
 
-      stress = closure_pressure(joints%law(j), joints%penalty(j), overlap)
+      stress = closure_pressure(joints%law(j)%raw, joints%penalty(j), point(j), overlap)
    end function closure_stress
 
    !> The joint whose closure holds at an integration point. Where a wall has come to face the wall of another joint, beyond a
    !> crossing or on another block edge, it is the softer of the two: the closure that one has is no overlap for the other.
-   pure integer function softer_joint(joints, met, j, k, overlap) result(softer)
+   pure integer function softer_joint(joints, met, point, j, k, overlap) result(softer)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
+      !> Joints at the start of the step (joints)
+      type(joint_point_t), intent(in) :: point(:)
       !> Joint of the wall, integration point
       integer, intent(in) :: j, k
       !> [mm]
@@ -254,7 +264,7 @@ contains
       softer = j
       associate (other => met%faced_joint(k))
          if (other == 0 .or. other == j .or. overlap <= 0.0_wp) return
-         if (closure_stress(joints, other, overlap) < closure_stress(joints, j, overlap)) softer = other
+         if (closure_stress(joints, point, other, overlap) < closure_stress(joints, point, j, overlap)) softer = other
       end associate
    end function softer_joint
 
@@ -315,17 +325,17 @@ contains
       opening = frame%opening/millimetre
       stress = tractions%contact_stress(j)
       if (joints%stress_from_walls(j) .and. stress > 0.0_wp) stress = wall_stress(joints, j, solid, u, frame%j)
-      associate (law => joints%law(j), du => frame%shear/millimetre - point%u)
+      associate (law => joints%law(j)%raw, du => frame%shear/millimetre - point%u)
          if (joints%coupled(j)) then
-            call update_joint(law, du, stress, point, tractions%ride(j)%slip)
+            call law%update(du, stress, point, tractions%ride(j)%slip)
          else
-            call update_joint(law, du, stress, point)
+            call law%update(du, stress, point)
          end if
          if (joints%literal_aperture(j)) then
-            open_aperture = aperture(joint_initial_aperture(law), opening, point%v)                    ! (31)
+            open_aperture = aperture(law%initial_aperture(), opening, point%v)                    ! (31)
          else
             ! Walls that part keep the dilation until they slide back. Where it pushes them it is a part of the opening
-            open_aperture = aperture(joint_initial_aperture(law) + point%dilation, &
+            open_aperture = aperture(law%initial_aperture() + point%dilation, &
                                      opening - merge(point%dilation, 0.0_wp, joints%coupled(j)), point%vn)
          end if
       end associate
@@ -350,14 +360,14 @@ contains
 
    !> Stiffness of a joint that bounds the stable step, the larger of normal and shear [MPa/mm].
    elemental real(wp) function joint_stiffness(law, penalty, contact_stiffness, point) result(stiffness)
-      type(joint_law_t), intent(in) :: law
+      type(law_item_t), intent(in) :: law
       !> Penalty stiffness, 0 for the joint's own, and its stiffness where it is stiffest [MPa/mm]
       real(wp), intent(in) :: penalty, contact_stiffness
       type(joint_point_t), intent(in) :: point
 
       stiffness = penalty
-      if (penalty <= 0.0_wp) stiffness = max(contact_stiffness, joint_normal_stiffness(law, point%sn))
-      stiffness = max(stiffness, joint_shear_stiffness(law, point%sn))
+      if (penalty <= 0.0_wp) stiffness = max(contact_stiffness, law%raw%normal_stiffness(point, point%sn))
+      stiffness = max(stiffness, law%raw%shear_stiffness(point, point%sn))
    end function joint_stiffness
 
    !> Has any joint become so much stiffer against closure that the stable step must be computed again?

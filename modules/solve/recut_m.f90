@@ -7,8 +7,9 @@ module recut_m
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
    use bonds_m, only: add_bonds
-   use coulomb_joint_m, only: coulomb_joint_t
-   use joint_law_m, only: joint_law_t, law_coulomb
+   use coulomb_law_m, only: coulomb_law_t
+   use joint_law_m, only: joint_law_t
+   use law_list_m, only: scaled_law
    use joint_point_m, only: joint_point_t
    use joints_m, only: joints_t, init_joints, add_joints
    use wall_contact_m, only: init_meeting
@@ -16,7 +17,7 @@ module recut_m
    use contact_m, only: contact_t, contact_state_t
    use loads_m, only: init_loads
    use scene_m, only: scene_t, build_nodes, build_walls, build_contact, start_contact, &
-                      first_friction, begin_stage, law_of, lend_stiffness
+                      first_friction, begin_stage
    use state_m, only: state_t
    implicit none
    private
@@ -115,10 +116,12 @@ contains
       scene%bonds%node = scene%split%joint(:, scene%bonds%fractures + 1:)
       do i = 1, size(edge)
          j = first + i
-         scene%joints%law(j) = crack_law(scene, setting(i), law(i))
-         ! Laws without a stiffness of their own press with that of the bond
-         if (scene%joints%law(j)%kind == law_coulomb) scene%joints%penalty(j) = law(i)%stiffness/megapascal_per_millimetre
-         call lend_stiffness(scene%joints%penalty(j), scene%joints%law(j))
+         call crack_law(scene, setting(i), law(i), scene%joints%law(j)%raw)
+         associate (of_crack => scene%joints%law(j)%raw)
+            ! Laws without a closure of their own press with the stiffness of the bond
+            if (of_crack%own_closure() <= 0.0_wp) scene%joints%penalty(j) = law(i)%stiffness/megapascal_per_millimetre
+            call of_crack%lend(scene%joints%penalty(j))
+         end associate
       end do
    end subroutine join_bonds
 
@@ -141,25 +144,25 @@ contains
 
    !> Law of the contact of a crack: that of a &joint, at the scale of its laboratory sample, or Coulomb friction with the
    !> stiffness of the bond.
-   pure function crack_law(scene, setting, bond) result(law)
+   subroutine crack_law(scene, setting, bond, law)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: setting
       type(cohesive_t), intent(in) :: bond
-      type(joint_law_t) :: law
+      class(joint_law_t), allocatable, intent(out) :: law
+      real(wp) :: sample
       integer :: g
 
       associate (settings => scene%deck%fracture(setting))
          do g = 1, size(scene%deck%joint)
             if (scene%deck%joint(g)%group /= settings%crack_joint) cycle
-            law = law_of(scene%deck%joint(g), scene%deck%joint(g)%l0, scene%deck%joint(g)%l0)
+            sample = scene%deck%joint(g)%settings%number('l0')
+            call scaled_law(scene%deck%joint(g)%law, scene%deck%joint(g)%settings, sample, sample, law)
             return
          end do
-         law%kind = law_coulomb
-         law%coulomb = coulomb_joint_t(friction_angle=settings%crack_friction_angle, cohesion=0.0_wp, &
-                                       kn=bond%stiffness/megapascal_per_millimetre, &
-                                       ks=bond%stiffness/megapascal_per_millimetre, a0=0.0_wp)
+         law = coulomb_law_t(friction_angle=settings%crack_friction_angle, cohesion=0.0_wp, &
+                             kn=bond%stiffness/megapascal_per_millimetre, ks=bond%stiffness/megapascal_per_millimetre, a0=0.0_wp)
       end associate
-   end function crack_law
+   end subroutine crack_law
 
    !> Loads and prescribed motion at the nodes of the new mesh, in the stage that is on; also when fluid gets into cracks.
    subroutine renew_loads(scene, state)

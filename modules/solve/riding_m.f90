@@ -16,8 +16,7 @@
 module riding_m
    use kinds_m, only: wp
    use joint_point_m, only: joint_point_t, joint_slip_t, joint_dilation_t
-   use joint_law_m, only: joint_law_t, joint_dilation, joint_retrace
-   use joint_law_m, only: joint_closure_stress, joint_closure, joint_normal_stiffness
+   use joint_law_m, only: joint_law_t, law_item_t
    implicit none
    private
 
@@ -42,7 +41,8 @@ module riding_m
 
    !> One joint in a step
    type :: step_t
-      type(joint_law_t) :: law
+      !> Its number
+      integer :: joint
       !> Penalty stiffness of the walls; 0: the joint's own [MPa/mm]
       real(wp) :: penalty
       !> At the start of the step; its closure by stress [mm]
@@ -50,9 +50,6 @@ module riding_m
       real(wp) :: closure
       !> Slip beyond u_max, and the part of it that dilates [mm]
       real(wp) :: beyond = 0.0_wp, dilating = 0.0_wp
-      !> Law and penalty of the joint faced at each integration point (points); not allocated: its own
-      type(joint_law_t), allocatable :: faced_law(:)
-      real(wp), allocatable :: faced_penalty(:)
    end type step_t
 
    !> A joint this near to u_max goes on, as far as derivatives are concerned [mm]: increments start there, most on their way
@@ -65,13 +62,13 @@ module riding_m
 contains
 
    !> Find the dilation of a joint at the end of a step.
-   pure subroutine ride(law, penalty, start, du, overlap, weight, found, by_overlap, by_weight, rock_stress, faced_law, &
-                        faced_penalty)
-      type(joint_law_t), intent(in) :: law
-      !> Penalty stiffness of the walls; 0: the joint's own [MPa/mm]
-      real(wp), intent(in) :: penalty
-      !> Joint at the start of the step
-      type(joint_point_t), intent(in) :: start
+   pure subroutine ride(law, penalty, start, joint, faced, du, overlap, weight, found, by_overlap, by_weight, rock_stress)
+      !> Laws (joints); penalty stiffness of the walls, 0: the law's own (joints) [MPa/mm]; joints at the start of the step (joints)
+      type(law_item_t), intent(in) :: law(:)
+      real(wp), intent(in) :: penalty(:)
+      type(joint_point_t), intent(in) :: start(:)
+      !> The joint, and the one whose wall each point faces, the joint itself where there is no other: the softer one holds (points)
+      integer, intent(in) :: joint, faced(:)
       !> Slip of the step [mm]
       real(wp), intent(in) :: du
       !> Overlap of the integration points without dilation [mm], their weight as a part of what is covered (points)
@@ -81,10 +78,6 @@ contains
       real(wp), intent(out) :: by_overlap(:), by_weight(:)
       !> Normal stress that the law is given, when it is not that of the points [MPa]
       real(wp), intent(in), optional :: rock_stress
-      !> Law and penalty of the joint whose wall is faced at each point, the joint's own where there is no other: the softer one
-      !> holds (points)
-      type(joint_law_t), intent(in), optional :: faced_law(:)
-      real(wp), intent(in), optional :: faced_penalty(:)
       type(step_t) :: step
       real(wp) :: stress(size(overlap)), stiffness(size(overlap)), mean, slope
       type(share_t) :: share
@@ -93,34 +86,30 @@ contains
 
       by_overlap = 0.0_wp
       by_weight = 0.0_wp
-      step%law = law
-      step%penalty = penalty
-      step%start = start
-      step%beyond = max(0.0_wp, abs(start%u + du) - start%u_max)
-      if (present(faced_law)) then
-         step%faced_law = faced_law
-         step%faced_penalty = faced_penalty
-      end if
-      step%closure = closure_of(step, start%sn)
-      call joint_retrace(law, start, start%u + du, found%dilation, found%by_slip)
-      if (abs(du) <= 0.0_wp) found%dilation = start%dilation
-      call press(step, overlap, weight, found%dilation, stress, stiffness, mean, slope)
+      step%joint = joint
+      step%penalty = penalty(joint)
+      step%start = start(joint)
+      step%beyond = max(0.0_wp, abs(step%start%u + du) - step%start%u_max)
+      step%closure = closure_of(law(joint)%raw, step, step%start%sn)
+      call law(joint)%raw%retrace(step%start, step%start%u + du, found%dilation, found%by_slip)
+      if (abs(du) <= 0.0_wp) found%dilation = step%start%dilation
+      call press(law, penalty, start, faced, step, overlap, weight, found%dilation, stress, stiffness, mean, slope)
       if (present(rock_stress)) mean = rock_stress
-      call mean_stress(step, mean, found%slip%stress, found%slip%stress_sn)
-      found%slip%touching = start%sn > 0.0_wp .or. mean > 0.0_wp
-      if (.not. found%slip%touching .or. abs(start%u + du) < start%u_max - at_end) return
-      side = sign(1.0_wp, start%u + du)
+      call mean_stress(law(joint)%raw, step, mean, found%slip%stress, found%slip%stress_sn)
+      found%slip%touching = step%start%sn > 0.0_wp .or. mean > 0.0_wp
+      if (.not. found%slip%touching .or. abs(step%start%u + du) < step%start%u_max - at_end) return
+      side = sign(1.0_wp, step%start%u + du)
       call share_slip(step, overlap, found%dilation, share)
       found%slip%dilation = 0.0_wp
-      call contract(step, found%slip%dilation, found%slip%dilation_u)
+      call contract(law(joint)%raw, step, found%slip%dilation, found%slip%dilation_u)
       if (present(rock_stress)) then
          ! The stress of the rock does not depend on the dilation
          found%slip%stress_sn = 0.0_wp
-         part = joint_dilation(law, start, step%dilating, found%slip%stress)
+         part = law(joint)%raw%dilation(step%start, step%dilating, found%slip%stress)
          found%slip%dilation = found%slip%dilation + part%expansion
          found%slip%dilation_u = side*(found%slip%dilation_u + share%by_slip*part%expansion_u)
       else
-         call expand(step, side, share, overlap, weight, found, by_overlap, by_weight)
+         call expand(law, penalty, start, faced, step, side, share, overlap, weight, found, by_overlap, by_weight)
       end if
       found%dilation = found%dilation + found%slip%dilation
       found%by_slip = found%slip%dilation_u
@@ -148,7 +137,8 @@ contains
 
    !> Contraction under a stress that changes as in the last step, within bounds, for who knows; the closure of the start is
    !> the most there is to take.
-   pure subroutine contract(step, contraction, by_slip)
+   pure subroutine contract(law, step, contraction, by_slip)
+      class(joint_law_t), intent(in) :: law
       type(step_t), intent(in) :: step
       !> [mm], and its derivative by the slip beyond u_max [-]
       real(wp), intent(out) :: contraction, by_slip
@@ -160,10 +150,10 @@ contains
 
       contraction = 0.0_wp
       by_slip = 0.0_wp
-      closure = joint_closure(step%law, step%start%sn)
+      closure = law%closure(step%start, step%start%sn)
       if (closure <= just_touching) return
       associate (sn => step%start%sn, change => step%start%last_change)
-         part = joint_dilation(step%law, step%start, step%beyond, min(max(sn + 0.5_wp*change, sn/most), sn*most))
+         part = law%dilation(step%start, step%beyond, min(max(sn + 0.5_wp*change, sn/most), sn*most))
       end associate
       ! Of second order in the step
       root = sqrt(1.0_wp + (part%contraction/closure)**2)
@@ -173,7 +163,12 @@ contains
 
    !> Expansion at the mean of start and end: the root of dilation - known part - E(s(sn(dilation))), which grows with the
    !> dilation, by Newton's method within the bounds it is found to lie between.
-   pure subroutine expand(step, side, share, overlap, weight, found, by_overlap, by_weight)
+   pure subroutine expand(law, penalty, start, faced, step, side, share, overlap, weight, found, by_overlap, by_weight)
+      !> As for ride
+      type(law_item_t), intent(in) :: law(:)
+      real(wp), intent(in) :: penalty(:)
+      type(joint_point_t), intent(in) :: start(:)
+      integer, intent(in) :: faced(:)
       type(step_t), intent(in) :: step
       !> Sign of the slip beyond u_max
       real(wp), intent(in) :: side
@@ -192,9 +187,9 @@ contains
       high = huge(high)
       dilation = known
       do i = 1, most_steps
-         call press(step, overlap, weight, dilation, stress, stiffness, mean, slope)
-         call mean_stress(step, mean, found%slip%stress, found%slip%stress_sn)
-         part = joint_dilation(step%law, step%start, step%dilating, found%slip%stress)
+         call press(law, penalty, start, faced, step, overlap, weight, dilation, stress, stiffness, mean, slope)
+         call mean_stress(law(step%joint)%raw, step, mean, found%slip%stress, found%slip%stress_sn)
+         part = law(step%joint)%raw%dilation(step%start, step%dilating, found%slip%stress)
          by_mean = part%expansion_sn*found%slip%stress_sn
          error = dilation - known - part%expansion
          if (error < 0.0_wp) then
@@ -219,7 +214,12 @@ contains
    end subroutine expand
 
    !> Pressure of the integration points for a dilation.
-   pure subroutine press(step, overlap, weight, dilation, stress, stiffness, mean, slope)
+   pure subroutine press(law, penalty, start, faced, step, overlap, weight, dilation, stress, stiffness, mean, slope)
+      !> As for ride
+      type(law_item_t), intent(in) :: law(:)
+      real(wp), intent(in) :: penalty(:)
+      type(joint_point_t), intent(in) :: start(:)
+      integer, intent(in) :: faced(:)
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: overlap(:), weight(:)
       !> [mm]
@@ -233,67 +233,76 @@ contains
 
       stiffness = 0.0_wp
       do k = 1, size(overlap)
-         stress(k) = stress_of(step, overlap(k) + dilation)
+         stress(k) = stress_of(law(step%joint)%raw, step, overlap(k) + dilation)
          if (stress(k) <= 0.0_wp) cycle
-         stiffness(k) = weight(k)*stiffness_of(step, stress(k))
-         if (.not. allocated(step%faced_law)) cycle
-         other = closure_pressure(step%faced_law(k), step%faced_penalty(k), overlap(k) + dilation)
-         if (other >= stress(k)) cycle
-         stress(k) = other
-         stiffness(k) = weight(k)*pressure_stiffness(step%faced_law(k), step%faced_penalty(k), other)
+         stiffness(k) = weight(k)*stiffness_of(law(step%joint)%raw, step, stress(k))
+         if (faced(k) == step%joint) cycle
+         associate (j => faced(k))
+            other = closure_pressure(law(j)%raw, penalty(j), start(j), overlap(k) + dilation)
+            if (other >= stress(k)) cycle
+            stress(k) = other
+            stiffness(k) = weight(k)*pressure_stiffness(law(j)%raw, penalty(j), start(j), other)
+         end associate
       end do
       mean = sum(weight*stress)
       slope = sum(stiffness)
    end subroutine press
 
    !> Normal stress at the mean of the closures of start and end.
-   pure subroutine mean_stress(step, sn, stress, stress_sn)
+   pure subroutine mean_stress(law, step, sn, stress, stress_sn)
+      class(joint_law_t), intent(in) :: law
       type(step_t), intent(in) :: step
       !> Normal stress at the end [MPa]
       real(wp), intent(in) :: sn
       !> [MPa], and its derivative by sn [-]
       real(wp), intent(out) :: stress, stress_sn
 
-      stress = stress_of(step, 0.5_wp*(step%closure + closure_of(step, sn)))
-      stress_sn = 0.5_wp*stiffness_of(step, stress)/stiffness_of(step, sn)
+      stress = stress_of(law, step, 0.5_wp*(step%closure + closure_of(law, step, sn)))
+      stress_sn = 0.5_wp*stiffness_of(law, step, stress)/stiffness_of(law, step, sn)
    end subroutine mean_stress
 
    !> Normal stress of a closure [MPa].
-   pure real(wp) function stress_of(step, closure)
+   pure real(wp) function stress_of(law, step, closure)
+      class(joint_law_t), intent(in) :: law
       type(step_t), intent(in) :: step
       !> [mm]
       real(wp), intent(in) :: closure
 
-      stress_of = closure_pressure(step%law, step%penalty, closure)
+      stress_of = closure_pressure(law, step%penalty, step%start, closure)
    end function stress_of
 
    !> Pressure of walls that have closed, by a joint's law or its penalty [MPa].
-   pure real(wp) function closure_pressure(law, penalty, closure) result(pressure)
-      type(joint_law_t), intent(in) :: law
+   pure real(wp) function closure_pressure(law, penalty, start, closure) result(pressure)
+      class(joint_law_t), intent(in) :: law
       !> 0: the law's own stiffness [MPa/mm]
       real(wp), intent(in) :: penalty
+      !> The joint at the start of the step
+      type(joint_point_t), intent(in) :: start
       !> [mm]
       real(wp), intent(in) :: closure
 
       if (penalty > 0.0_wp) then
          pressure = max(0.0_wp, penalty*closure)
       else
-         pressure = joint_closure_stress(law, closure)
+         pressure = law%closure_stress(start, closure)
       end if
    end function closure_pressure
 
    !> d closure_pressure/d closure at a pressure [MPa/mm].
-   pure real(wp) function pressure_stiffness(law, penalty, pressure) result(stiffness)
-      type(joint_law_t), intent(in) :: law
+   pure real(wp) function pressure_stiffness(law, penalty, start, pressure) result(stiffness)
+      class(joint_law_t), intent(in) :: law
       !> [MPa/mm], [MPa]
       real(wp), intent(in) :: penalty, pressure
+      !> The joint at the start of the step
+      type(joint_point_t), intent(in) :: start
 
       stiffness = penalty
-      if (penalty <= 0.0_wp) stiffness = joint_normal_stiffness(law, pressure)
+      if (penalty <= 0.0_wp) stiffness = law%normal_stiffness(start, pressure)
    end function pressure_stiffness
 
    !> Closure under a normal stress, the inverse of stress_of [mm].
-   pure real(wp) function closure_of(step, stress)
+   pure real(wp) function closure_of(law, step, stress)
+      class(joint_law_t), intent(in) :: law
       type(step_t), intent(in) :: step
       !> [MPa]
       real(wp), intent(in) :: stress
@@ -301,17 +310,18 @@ contains
       if (step%penalty > 0.0_wp) then
          closure_of = stress/step%penalty
       else
-         closure_of = joint_closure(step%law, stress)
+         closure_of = law%closure(step%start, stress)
       end if
    end function closure_of
 
    !> d stress_of/d closure [MPa/mm].
-   pure real(wp) function stiffness_of(step, stress)
+   pure real(wp) function stiffness_of(law, step, stress)
+      class(joint_law_t), intent(in) :: law
       type(step_t), intent(in) :: step
       !> [MPa]
       real(wp), intent(in) :: stress
 
-      stiffness_of = pressure_stiffness(step%law, step%penalty, stress)
+      stiffness_of = pressure_stiffness(law, step%penalty, step%start, stress)
    end function stiffness_of
 
 end module riding_m

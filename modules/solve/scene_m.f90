@@ -8,15 +8,14 @@ module scene_m
    use union_find_m, only: each_alone, join, representatives
    use log_m, only: log_t
    use deck_m, only: deck_t
-   use joint_group_m, only: joint_t, has_roughness
+   use joint_group_m, only: joint_t
    use mesh_m, only: mesh_t, split_mesh_t, find_group, surface_first, place_text
    use edges_m, only: edge_table_t
    use split_m, only: cut_t, fracture_cuts, split_edges
    use topology_m, only: topology_t, scan_topology
    use solid_m, only: solid_t, init_solid, set_viscosity, lumped_mass, solid_stiffness_bound, solid_damping_bound
-   use jcm_m, only: jcm_parameters_t, jcm_option, jcm_scale
-   use coulomb_joint_m, only: coulomb_joint_t
-   use joint_law_m, only: joint_law_t, joint_law_named, law_jcm, law_jcm_mean, law_coulomb
+   use joint_law_m, only: guard_t
+   use law_list_m, only: scaled_law
    use joints_m, only: joints_t, init_joints
    use bonds_m, only: bonds_t, is_closed
    use wall_contact_m, only: wall_contact_t, init_wall_contact, init_meeting, surfaces_walked, walls_touching, lets_go
@@ -75,8 +74,8 @@ module scene_m
       procedure :: rest_tolerance
    end type scene_t
 
-   public :: build_scene, begin_stage, build_nodes, build_walls, build_contact, start_contact, first_friction, law_of, &
-             lend_stiffness, material_of
+   public :: build_scene, begin_stage, build_nodes, build_walls, build_contact, start_contact, first_friction, &
+             material_of
 
 contains
 
@@ -187,7 +186,8 @@ contains
          g = deck_joint(scene, j)
          scene%joints%group(j) = g
          associate (settings => scene%deck%joint(g), edge => scene%topology%edge_of_joint(j))
-            scene%joints%law(j) = law_of(settings, scene%topology%edge_length(edge), mean_length(g))
+            call scaled_law(settings%law, settings%settings, scene%topology%edge_length(edge), mean_length(g), &
+                            scene%joints%law(j)%raw)
             scene%joints%coupled(j) = settings%coupling == 'coupled'
             scene%joints%velocity_friction(j) = settings%friction == 'velocity'
             scene%joints%stress_from_walls(j) = settings%normal_stress == 'walls'
@@ -195,7 +195,7 @@ contains
             scene%joints%wall_handled(j) = settings%contact == 'wall'
             if (settings%normal == 'penalty') scene%joints%penalty(j) = penalty_stiffness(scene, settings, j)
          end associate
-         call lend_stiffness(scene%joints%penalty(j), scene%joints%law(j))
+         call scene%joints%law(j)%raw%lend(scene%joints%penalty(j))
       end do
       call warn_of_guards(scene, log)
       call warn_of_closed(scene, log)
@@ -214,9 +214,9 @@ contains
                         scene%split%joint_group > 0, scene%solid%young, scene%deck%contact%corner_factor, scene%corners)
       do w = 1, size(scene%walls%joint)
          associate (j => scene%walls%joint(w))
-            if (scene%split%joint_group(j) > 0 .or. scene%joints%law(j)%kind == law_coulomb) cycle
+            if (scene%split%joint_group(j) > 0 .or. scene%joints%law(j)%raw%own_closure() <= 0.0_wp) cycle
             scene%walls%deepest(w) = scene%walls%deepest(w) + &
-                                     scene%joints%law(j)%jcm%vm*millimetre/(lets_go*scene%joints%length(j))
+                                     scene%joints%law(j)%raw%own_closure()*millimetre/(lets_go*scene%joints%length(j))
          end associate
       end do
    end subroutine build_walls
@@ -360,55 +360,6 @@ contains
       if (edges > 0) mean = mean/real(edges, wp)
    end function mean_edge_length
 
-   !> The law of a joint on a block edge of given length.
-   pure function law_of(settings, edge_length, mean_length) result(law)
-      type(joint_t), intent(in) :: settings
-      !> Length of its block edge, mean length of the group's block edges [m]
-      real(wp), intent(in) :: edge_length, mean_length
-      type(joint_law_t) :: law
-      type(jcm_parameters_t) :: parameters
-
-      law%kind = joint_law_named(settings%law)
-      parameters = jcm_parameters_t(jrc0=settings%jrc0, jcs0=settings%jcs0_mpa, sigma_c=settings%sigma_c_mpa, &
-                                    l0=settings%l0, phi_r=settings%phi_r, a0=settings%a0_mm, &
-                                    peak=jcm_option(settings%peak), post_peak=jcm_option(settings%post_peak), &
-                                    short_edges=jcm_option(settings%short_edges), max_angle=settings%max_angle)
-      if (law%kind == law_jcm) law%jcm = jcm_scale(parameters, edge_length)
-      if (law%kind == law_jcm_mean) law%jcm = jcm_scale(parameters, mean_length)
-      if (law%kind == law_coulomb) law%coulomb = coulomb_law(settings, parameters, mean_length)
-   end function law_of
-
-   !> The Coulomb law; what it isn't given it takes from a rough joint of mean length.
-   pure function coulomb_law(settings, parameters, mean_length) result(law)
-      type(joint_t), intent(in) :: settings
-      !> The rough joint, when the deck has one
-      type(jcm_parameters_t), intent(in) :: parameters
-      !> Mean length of the group's block edges [m]
-      real(wp), intent(in) :: mean_length
-      type(coulomb_joint_t) :: law
-
-      law = coulomb_joint_t(friction_angle=settings%friction_angle, cohesion=settings%cohesion/megapascal, &
-                            kn=settings%kn_mpa_mm, ks=settings%ks_mpa_mm, &
-                            a0=merge(settings%a0_mm, 0.0_wp, is_set(settings%a0_mm)))
-      if (.not. is_set(law%friction_angle)) law%friction_angle = settings%phi_r
-      if (.not. has_roughness(settings)) return
-      law%as_rough = .true.
-      law%rough = jcm_scale(parameters, mean_length)
-      law%a0 = law%rough%a0
-      if (is_set(law%kn)) return
-      law%kn = law%rough%kn0
-      law%vm = law%rough%vm
-   end function coulomb_law
-
-   !> A Coulomb joint without a stiffness of its own has that of the penalty, which it then slides with too.
-   elemental subroutine lend_stiffness(penalty, law)
-      !> Penalty stiffness of its walls [MPa/mm]
-      real(wp), intent(in) :: penalty
-      type(joint_law_t), intent(inout) :: law
-
-      if (law%kind == law_coulomb .and. .not. is_set(law%coulomb%kn)) law%coulomb%kn = penalty
-   end subroutine lend_stiffness
-
    !> Penalty stiffness of a joint's walls, p over the size of the triangles behind them [MPa/mm].
    pure real(wp) function penalty_stiffness(scene, settings, j) result(stiffness)
       type(scene_t), intent(in) :: scene
@@ -426,38 +377,29 @@ contains
       stiffness = penalty/height/megapascal_per_millimetre
    end function penalty_stiffness
 
-   !> Say once, group by group, where the empirical law had to be kept within its bounds.
+   !> Say once, group by group, where a law had to be kept within its bounds.
    subroutine warn_of_guards(scene, log)
       type(scene_t), intent(in) :: scene
       type(log_t), intent(in) :: log
-      logical, allocatable :: member(:)
-      integer :: g
+      type(guard_t), allocatable :: guards(:)
+      integer, allocatable :: acted(:)
+      integer :: g, j, members
 
-      associate (laws => scene%joints%law)
-         do g = 1, size(scene%deck%joint)
-            if (scene%deck%joint(g)%law == 'coulomb') cycle
-            member = scene%joints%group == g
-            call tell(count(member .and. laws%jcm%extrapolated), 'lie on block edges shorter than l0: eqs 8 and 9 '// &
-                      'extrapolate JRC and JCS above their laboratory values (short_edges = ''l0'' keeps them)')
-            call tell(count(member .and. laws%jcm%vm_clamped), 'have a maximum closure (eq 7) that is negative or tiny: '// &
-                      'raised to a small share of the aperture')
-            call tell(count(member .and. laws%jcm%kn0_clamped), 'have an initial stiffness (eq 6) that is negative or tiny: '// &
-                      'raised to its floor')
-            call tell(count(member .and. laws%jcm%a0_clamped), 'have an initial aperture that is tiny: raised to its floor')
+      do g = 1, size(scene%deck%joint)
+         members = 0
+         do j = 1, size(scene%joints%group)
+            if (scene%joints%group(j) /= g) cycle
+            guards = scene%joints%law(j)%raw%guards()
+            if (members == 0) acted = 0*[(j, j=1, size(guards))]
+            members = members + 1
+            acted = acted + merge(1, 0, guards%acted)
          end do
-      end associate
-
-   contains
-
-      subroutine tell(number, what)
-         integer, intent(in) :: number
-         character(len=*), intent(in) :: what
-
-         if (number == 0) return
-         call log%warn(to_text(number)//' of '//to_text(count(member))//' joint elements of '// &
-                       quoted(scene%deck%joint(g)%group)//' '//what)
-      end subroutine tell
-
+         if (members == 0) cycle
+         do j = 1, size(guards)
+            if (acted(j) > 0) call log%warn(to_text(acted(j))//' of '//to_text(members)//' joint elements of '// &
+                                            quoted(scene%deck%joint(g)%group)//' '//trim(guards(j)%text))
+         end do
+      end do
    end subroutine warn_of_guards
 
    !> A joint element both of whose ends are tips has no node of its own: it can neither open nor slide.

@@ -11,9 +11,7 @@ module wall_tangent_m
    use wall_contact_m, only: wall_meeting_t, facing_part, facing_part_slope
    use joint_point_m, only: joint_point_t, joint_tangent_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
-   use joint_law_m, only: joint_tangent, joint_normal_stiffness
-   use joints_m, only: joints_t, tractions_t, wall_overlap, softer_joint
-   use riding_m, only: pressure_stiffness
+   use joints_m, only: joints_t, tractions_t, wall_overlap
    implicit none
    private
 
@@ -80,9 +78,9 @@ contains
       if (last < first) return
       allocate (slip(m), pressure(m, first:last), weight(m, first:last), dilation(m), stress(m))
       if (joints%coupled(j)) then
-         tangent = joint_tangent(joints%law(j), point, tractions%ride(j)%slip)
+         tangent = joints%law(j)%raw%tangent(point, tractions%ride(j)%slip)
       else
-         tangent = joint_tangent(joints%law(j), point)
+         tangent = joints%law(j)%raw%tangent(point)
       end if
       slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
       covered = sum(met%weight(first:last))
@@ -382,10 +380,8 @@ contains
       type(tractions_t), intent(in) :: tractions
       !> Joint and integration point
       integer, intent(in) :: j, k
-      integer :: softer
 
-      softer = softer_joint(joints, met, j, k, wall_overlap(joints, met, tractions, j, k))
-      stiffness = pressure_stiffness(joints%law(softer), joints%penalty(softer), tractions%pressure(k)/megapascal)
+      stiffness = tractions%by_closure(k)
       if (is_open(joints, met, tractions, j, k)) stiffness = share_when_open(joints, j)*stiffness
       stiffness = stiffness*megapascal_per_millimetre
    end function normal_stiffness_at
@@ -405,7 +401,7 @@ contains
       if (tangent%tau_u < 0.0_wp) return
       share = share_when_open(joints, j)
       if (point%sn <= 0.0_wp .and. .not. is_open(joints, met, tractions, j, k)) share = unstressed_share
-      stiffness = joint_normal_stiffness(joints%law(j), 0.0_wp)*share
+      stiffness = joints%law(j)%raw%normal_stiffness(point, 0.0_wp)*share
       stiffness = max(0.0_wp, stiffness - tangent%tau_u)*megapascal_per_millimetre
    end function shear_floor
 
