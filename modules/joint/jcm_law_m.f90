@@ -32,6 +32,7 @@ module jcm_law_m
       procedure :: initial_aperture
       procedure :: update
       procedure :: tangent
+      procedure :: riding_slip
       procedure :: dilation
       procedure :: retrace
       procedure :: closure_stress
@@ -221,6 +222,24 @@ contains
       tangent = jcm_tangent(self%edge, state, path)
    end function tangent
 
+   !> Slip beyond u_max rides.
+   pure subroutine riding_slip(self, state, du, slip, rides)
+      class(jcm_law_t), intent(in) :: self
+      type(joint_point_t), intent(in) :: state
+      !> Slip of the step, and of it what lies beyond u_max [mm]
+      real(wp), intent(in) :: du
+      real(wp), intent(out) :: slip
+      logical, intent(out) :: rides
+      !> A joint this near to u_max goes on, as far as derivatives are concerned [mm]: increments start there, most on their way
+      !> out, and the slope by which walls go back is another
+      real(wp), parameter :: at_end = 1.0e-12_wp
+
+      associate (no_matter => self)
+      end associate
+      slip = sign(max(0.0_wp, abs(state%u + du) - state%u_max), state%u + du)
+      rides = abs(state%u + du) >= state%u_max - at_end
+   end subroutine riding_slip
+
    !> Dilation of a slip beyond u_max at a normal stress.
    pure function dilation(self, state, slip, sn)
       class(jcm_law_t), intent(in) :: self
@@ -230,7 +249,7 @@ contains
       real(wp), intent(in) :: slip, sn
       type(joint_dilation_t) :: dilation
 
-      dilation = jcm_dilation(self%edge, state, slip, sn)
+      dilation = jcm_dilation(self%edge, state, abs(slip), sn)
    end function dilation
 
    !> Dilation [mm] of a joint whose |u| is at most u_max, or that slips on without contact, and its slope [-].

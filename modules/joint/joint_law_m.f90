@@ -37,6 +37,8 @@ module joint_law_m
       ! In every step
       procedure(advance), deferred :: update
       procedure(derivatives), deferred :: tangent
+      procedure :: riding_slip => none_rides
+      procedure :: end_share => middle
       procedure :: dilation => no_dilation
       procedure :: retrace => stay_dilated
       procedure(answer), deferred :: closure_stress
@@ -150,12 +152,38 @@ contains
       largest = 0.0_wp
    end function none_of_its_own
 
-   !> Dilation of a slip beyond u_max at a normal stress: none.
+   !> The part of a slip whose dilation depends on the normal stress, for walls that ride on their asperities: none.
+   pure subroutine none_rides(self, state, du, slip, rides)
+      class(joint_law_t), intent(in) :: self
+      !> State at the start of the step
+      type(joint_point_t), intent(in) :: state
+      !> Slip of the step, and of it what rides [mm]
+      real(wp), intent(in) :: du
+      real(wp), intent(out) :: slip
+      !> Does it, or is it about to?
+      logical, intent(out) :: rides
+
+      associate (unused => self, also => state, too => du)
+      end associate
+      slip = 0.0_wp
+      rides = .false.
+   end subroutine none_rides
+
+   !> Dilation is taken at the closure of the start and that of the end of a step: the share of the end.
+   pure real(wp) function middle(self) result(share)
+      class(joint_law_t), intent(in) :: self
+
+      associate (unused => self)
+      end associate
+      share = 0.5_wp
+   end function middle
+
+   !> Dilation of a slip that rides at a normal stress, with the derivatives by |slip|: none.
    pure function no_dilation(self, state, slip, sn) result(dilation)
       class(joint_law_t), intent(in) :: self
       !> State at the start of the slip
       type(joint_point_t), intent(in) :: state
-      !> Slip beyond u_max [mm], normal stress [MPa]
+      !> Slip that rides [mm], normal stress [MPa]
       real(wp), intent(in) :: slip, sn
       type(joint_dilation_t) :: dilation
 

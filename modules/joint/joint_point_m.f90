@@ -7,8 +7,8 @@ module joint_point_m
 
    public :: joint_values, joint_from_values
 
-   !> Numbers that make up a joint's state
-   integer, parameter, public :: joint_value_count = 19
+   !> Numbers that a law may keep for itself; numbers that make up a joint's state
+   integer, parameter, public :: memory_size = 4, joint_value_count = 19 + memory_size
 
    !> What one joint element remembers between steps
    type, public :: joint_point_t
@@ -33,6 +33,8 @@ module joint_point_m
       real(wp) :: step_u = 0.0_wp, step_ratio = 0.0_wp
       !> Change of the normal stress in the last step, when coupled walls mobilised in it, for the next [MPa]
       real(wp) :: last_change = 0.0_wp
+      !> What a law remembers beside all this; each law says what its numbers are
+      real(wp) :: memory(memory_size) = 0.0_wp
       !> Did the last step end at the shear strength?
       logical :: sliding = .false.
    end type joint_point_t
@@ -72,7 +74,8 @@ contains
 
       value = [point%u, point%u_max, point%ratio, point%tau, point%sn, point%vn, point%dilation, point%v, &
                point%mu_mob, point%dilation_slope, point%knn, point%ktt, point%dilation_max, point%path_peak, &
-               point%path_angle, point%step_u, point%step_ratio, point%last_change, merge(1.0_wp, 0.0_wp, point%sliding)]
+               point%path_angle, point%step_u, point%step_ratio, point%last_change, point%memory, &
+               merge(1.0_wp, 0.0_wp, point%sliding)]
    end function joint_values
 
    !> The state from its list of numbers.
@@ -83,7 +86,8 @@ contains
       point = joint_point_t(u=value(1), u_max=value(2), ratio=value(3), tau=value(4), sn=value(5), vn=value(6), &
                             dilation=value(7), v=value(8), mu_mob=value(9), dilation_slope=value(10), knn=value(11), &
                             ktt=value(12), dilation_max=value(13), path_peak=value(14), path_angle=value(15), &
-                            step_u=value(16), step_ratio=value(17), last_change=value(18), sliding=value(19) > 0.5_wp)
+                            step_u=value(16), step_ratio=value(17), last_change=value(18), memory=value(19:18 + memory_size), &
+                            sliding=value(joint_value_count) > 0.5_wp)
    end function joint_from_values
 
 end module joint_point_m

@@ -48,13 +48,10 @@ module riding_m
       !> At the start of the step; its closure by stress [mm]
       type(joint_point_t) :: start
       real(wp) :: closure
-      !> Slip beyond u_max, and the part of it that dilates [mm]
-      real(wp) :: beyond = 0.0_wp, dilating = 0.0_wp
+      !> Size and sign of the slip that rides, and the part of it that dilates, with its sign [mm]
+      real(wp) :: beyond = 0.0_wp, side = 1.0_wp, dilating = 0.0_wp
    end type step_t
 
-   !> A joint this near to u_max goes on, as far as derivatives are concerned [mm]: increments start there, most on their way
-   !> out, and the slope by which walls go back is another
-   real(wp), parameter :: at_end = 1.0e-12_wp
    !> The root is as good as the rounding of the closures lets it be [mm]; steps to it, at most
    real(wp), parameter :: least_error = 1.0e-16_wp, relative_error = 4.0_wp*epsilon(1.0_wp)
    integer, parameter :: most_steps = 100
@@ -82,14 +79,17 @@ contains
       real(wp) :: stress(size(overlap)), stiffness(size(overlap)), mean, slope
       type(share_t) :: share
       type(joint_dilation_t) :: part
-      real(wp) :: side
+      real(wp) :: slip
+      logical :: rides
 
       by_overlap = 0.0_wp
       by_weight = 0.0_wp
       step%joint = joint
       step%penalty = penalty(joint)
       step%start = start(joint)
-      step%beyond = max(0.0_wp, abs(step%start%u + du) - step%start%u_max)
+      call law(joint)%raw%riding_slip(step%start, du, slip, rides)
+      step%beyond = abs(slip)
+      step%side = sign(1.0_wp, slip)
       step%closure = closure_of(law(joint)%raw, step, step%start%sn)
       call law(joint)%raw%retrace(step%start, step%start%u + du, found%dilation, found%by_slip)
       if (abs(du) <= 0.0_wp) found%dilation = step%start%dilation
@@ -97,8 +97,7 @@ contains
       if (present(rock_stress)) mean = rock_stress
       call mean_stress(law(joint)%raw, step, mean, found%slip%stress, found%slip%stress_sn)
       found%slip%touching = step%start%sn > 0.0_wp .or. mean > 0.0_wp
-      if (.not. found%slip%touching .or. abs(step%start%u + du) < step%start%u_max - at_end) return
-      side = sign(1.0_wp, step%start%u + du)
+      if (.not. (found%slip%touching .and. rides)) return
       call share_slip(step, overlap, found%dilation, share)
       found%slip%dilation = 0.0_wp
       call contract(law(joint)%raw, step, found%slip%dilation, found%slip%dilation_u)
@@ -107,9 +106,9 @@ contains
          found%slip%stress_sn = 0.0_wp
          part = law(joint)%raw%dilation(step%start, step%dilating, found%slip%stress)
          found%slip%dilation = found%slip%dilation + part%expansion
-         found%slip%dilation_u = side*(found%slip%dilation_u + share%by_slip*part%expansion_u)
+         found%slip%dilation_u = step%side*(found%slip%dilation_u + share%by_slip*part%expansion_u)
       else
-         call expand(law, penalty, start, faced, step, side, share, overlap, weight, found, by_overlap, by_weight)
+         call expand(law, penalty, start, faced, step, share, overlap, weight, found, by_overlap, by_weight)
       end if
       found%dilation = found%dilation + found%slip%dilation
       found%by_slip = found%slip%dilation_u
@@ -132,7 +131,7 @@ contains
          share%by_slip = share%part**2
          if (closing > 0.0_wp) share%by_top = step%beyond/(closing + step%beyond)**2
       end if
-      step%dilating = share%part*step%beyond
+      step%dilating = step%side*share%part*step%beyond
    end subroutine share_slip
 
    !> Contraction under a stress that changes as in the last step, within bounds, for who knows; the closure of the start is
@@ -153,7 +152,7 @@ contains
       closure = law%closure(step%start, step%start%sn)
       if (closure <= just_touching) return
       associate (sn => step%start%sn, change => step%start%last_change)
-         part = law%dilation(step%start, step%beyond, min(max(sn + 0.5_wp*change, sn/most), sn*most))
+         part = law%dilation(step%start, step%side*step%beyond, min(max(sn + 0.5_wp*change, sn/most), sn*most))
       end associate
       ! Of second order in the step
       root = sqrt(1.0_wp + (part%contraction/closure)**2)
@@ -163,15 +162,13 @@ contains
 
    !> Expansion at the mean of start and end: the root of dilation - known part - E(s(sn(dilation))), which grows with the
    !> dilation, by Newton's method within the bounds it is found to lie between.
-   pure subroutine expand(law, penalty, start, faced, step, side, share, overlap, weight, found, by_overlap, by_weight)
+   pure subroutine expand(law, penalty, start, faced, step, share, overlap, weight, found, by_overlap, by_weight)
       !> As for ride
       type(law_item_t), intent(in) :: law(:)
       real(wp), intent(in) :: penalty(:)
       type(joint_point_t), intent(in) :: start(:)
       integer, intent(in) :: faced(:)
       type(step_t), intent(in) :: step
-      !> Sign of the slip beyond u_max
-      real(wp), intent(in) :: side
       type(share_t), intent(in) :: share
       real(wp), intent(in) :: overlap(:), weight(:)
       !> Its slip%dilation is the contraction in, with its derivative; all that the slip adds out
@@ -210,7 +207,7 @@ contains
       ! All of it changes the pressure, and that the dilation
       by_overlap = by_overlap/(1.0_wp - by_mean*slope)
       by_weight = by_weight/(1.0_wp - by_mean*slope)
-      found%slip%dilation_u = side*(found%slip%dilation_u + share%by_slip*part%expansion_u)/(1.0_wp - by_mean*slope)
+      found%slip%dilation_u = step%side*(found%slip%dilation_u + share%by_slip*part%expansion_u)/(1.0_wp - by_mean*slope)
    end subroutine expand
 
    !> Pressure of the integration points for a dilation.
@@ -248,7 +245,7 @@ contains
       slope = sum(stiffness)
    end subroutine press
 
-   !> Normal stress at the mean of the closures of start and end.
+   !> Normal stress at the mean of the closures of start and end, or at another share of the end's.
    pure subroutine mean_stress(law, step, sn, stress, stress_sn)
       class(joint_law_t), intent(in) :: law
       type(step_t), intent(in) :: step
@@ -256,9 +253,11 @@ contains
       real(wp), intent(in) :: sn
       !> [MPa], and its derivative by sn [-]
       real(wp), intent(out) :: stress, stress_sn
+      real(wp) :: share
 
-      stress = stress_of(law, step, 0.5_wp*(step%closure + closure_of(law, step, sn)))
-      stress_sn = 0.5_wp*stiffness_of(law, step, stress)/stiffness_of(law, step, sn)
+      share = law%end_share()
+      stress = stress_of(law, step, (1.0_wp - share)*step%closure + share*closure_of(law, step, sn))
+      stress_sn = share*stiffness_of(law, step, stress)/stiffness_of(law, step, sn)
    end subroutine mean_stress
 
    !> Normal stress of a closure [MPa].
