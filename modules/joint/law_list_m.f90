@@ -2,6 +2,7 @@
 module law_list_m
    use kinds_m, only: wp
    use coulomb_law_m, only: coulomb_law_t
+   use dilatant_coulomb_law_m, only: dilatant_coulomb_law_t
    use jcm_law_m, only: jcm_law_t, jcm_mean_law_t
    use joint_law_m, only: joint_law_t
    use law_variable_m, only: law_variable_t, law_settings_t, same_variable, word_length
@@ -12,7 +13,7 @@ module law_list_m
 
    !> Their names in the deck, the default first
    character(len=word_length), parameter, public :: law_names(*) = [character(len=word_length) :: &
-                                                                    'jcm', 'jcm_mean', 'coulomb']
+                                                                    'jcm', 'jcm_mean', 'coulomb', 'dilatant_coulomb']
 
 contains
 
@@ -29,6 +30,8 @@ contains
          allocate (jcm_mean_law_t :: law)
       case ('coulomb')
          allocate (coulomb_law_t :: law)
+      case ('dilatant_coulomb')
+         allocate (dilatant_coulomb_law_t :: law)
       end select
    end subroutine new_law
 
