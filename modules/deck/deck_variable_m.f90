@@ -16,8 +16,8 @@ module deck_variable_m
    !> Lengths of an option's text, of a name (stage, physical group), of a path or title
    integer, parameter, public :: option_length = 32, name_length = 64, path_length = 512
 
-   !> Kinds of variable
-   integer, parameter, public :: a_number = 1, a_count = 2, a_switch = 3, an_option = 4, a_name = 5, a_path = 6
+   !> Kinds of variable; a_word: text in quotes, or a whole number
+   integer, parameter, public :: a_number = 1, a_count = 2, a_switch = 3, an_option = 4, a_name = 5, a_path = 6, a_word = 7
 
    !> A variable of a group
    type, public :: variable_t
@@ -100,7 +100,7 @@ contains
       end associate
    end subroutine given_number
 
-   !> The same for an option, with its quotes taken off.
+   !> The same for an option or a word, with its quotes taken off.
    subroutine given_text(slice, name, value)
       type(group_slice_t), intent(in) :: slice
       character(len=*), intent(in) :: name
@@ -110,7 +110,7 @@ contains
       i = slice%find(name)
       if (i == 0) return
       associate (assignment => slice%assignment(i))
-         if (what_is_wrong(assignment%value, assignment%values, an_option) /= '') return
+         if (what_is_wrong(assignment%value, assignment%values, a_word) /= '') return
          read (assignment%value, *, iostat=status) value
       end associate
    end subroutine given_text
@@ -308,6 +308,8 @@ contains
             if (.not. is_switch(value)) wrong = 'must be '//kind_name(kind)
          case (an_option)
             wrong = text_fault(value, option_length, kind)
+         case (a_word)
+            if (.not. is_whole_number(value)) wrong = text_fault(value, option_length, kind)
          case (a_name)
             wrong = text_fault(value, name_length, kind)
          case default

@@ -9,7 +9,7 @@ module joint_group_m
    use law_variable_m, only: law_variable_t, law_settings_t, complaints_t, defaults, default_word, same_variable
    use text_m, only: exact_text, quoted
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, an_option, name_length, option_length, namelist_text, &
+   use deck_variable_m, only: variable_t, a_name, a_number, an_option, a_word, name_length, option_length, namelist_text, &
                               require_clean_read, given_number, given_text, check_range, check_choice, check_given, &
                               check_idle
    use deck_write_m, only: begin_group, put, end_group
@@ -82,14 +82,19 @@ contains
       character(len=:), allocatable :: text
       character(len=256) :: message
       type(law_variable_t), allocatable :: of_laws(:)
+      type(variable_t), allocatable :: known(:)
       integer :: status, i
       namelist /settings/ joint
 
       joint%line = slice%line
       allocate (of_laws, source=all_variables())
-      call namelist_text(slice, [variables(:shown_first), &
-                                 [(variable_t(of_laws(i)%name, merge(a_number, an_option, of_laws(i)%choices == ''), &
-                                              apart=.true.), i=1, size(of_laws))], variables(shown_first + 1:)], text, errors)
+      allocate (known(size(variables) + size(of_laws)))
+      known(:shown_first) = variables(:shown_first)
+      do i = 1, size(of_laws)
+         known(shown_first + i) = variable_t(of_laws(i)%name, kind_of(of_laws(i)), apart=.true.)
+      end do
+      known(shown_first + size(of_laws) + 1:) = variables(shown_first + 1:)
+      call namelist_text(slice, known, text, errors)
       read (text, nml=settings, iostat=status, iomsg=message)
       call require_clean_read(slice, status, message, errors)
       call check_joint(slice, joint, errors)
@@ -101,6 +106,20 @@ contains
       call check_contact(slice, found, errors)
       call check_law(slice, found, errors)
    end subroutine read_joint
+
+   !> Kind of a law's variable: choices among which are numbers may do without quotes.
+   pure integer function kind_of(variable) result(kind)
+      type(law_variable_t), intent(in) :: variable
+      character(len=option_length), allocatable :: words(:)
+      integer :: i
+
+      kind = a_number
+      allocate (words, source=words_of(variable%choices))
+      do i = 1, size(words)
+         if (kind == a_number) kind = an_option
+         if (verify(trim(words(i)), '0123456789') == 0) kind = a_word
+      end do
+   end function kind_of
 
    !> Ranges and choices of what all laws share.
    subroutine check_joint(slice, joint, errors)

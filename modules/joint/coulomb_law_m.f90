@@ -82,6 +82,9 @@ contains
             call complaints%need(settings, 'ks_mpa_mm', law//" with friction = 'slider'")
          end if
       end if
+      if (settings%word('closure_cycle') == 'hysteresis') then
+         call complaints%error('closure_cycle', ": goes with law = 'jcm' and 'jcm_mean'; must be 1, 2 or 3 with "//law)
+      end if
       if (.not. any(is_set([settings%number('jrc0'), settings%number('jcs0_mpa'), settings%number('sigma_c_mpa'), &
                             settings%number('l0'), settings%number('phi_r')]))) return
       if ((settings%has('friction_angle') .and. settings%has('kn_mpa_mm') .and. settings%has('ks_mpa_mm')) &

@@ -4,7 +4,8 @@ module jcm_law_m
    use bounds_m, only: least_wall, most_wall, least_sample, most_sample, least_angle, least_aperture, most_aperture
    use constants_m, only: is_set
    use jcm_m, only: jcm_parameters_t, jcm_edge_t, jcm_option, jcm_scale, jcm_update, jcm_tangent, jcm_dilation, jcm_retrace
-   use jcm_m, only: elastic_shear_stiffness
+   use jcm_closure_m, only: path_stress, path_closure, path_stiffness, last_cycle
+   use jcm_m, only: elastic_shear_stiffness, closure_hysteresis
    use jcm_m, only: hyperbola => closure, hyperbola_stress => closure_stress, hyperbola_stiffness => normal_stiffness
    use joint_law_m, only: joint_law_t, law_result_t, guard_t
    use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t, joint_dilation_t
@@ -65,6 +66,8 @@ contains
                    a_choice('peak', 'eq15 eq14'), &
                    a_choice('post_peak', 'table eq16'), &
                    a_choice('short_edges', 'extrapolate l0'), &
+                   a_choice('closure_cycle', '3 1 2 hysteresis'), &
+                   a_choice('reversal', 'symmetric barton'), &
                    a_real('max_angle', default=70.0_wp, least=least_angle, below=right_angle)]
    end function jcm_variables
 
@@ -127,8 +130,26 @@ contains
                                     peak=jcm_option(settings%word('peak')), &
                                     post_peak=jcm_option(settings%word('post_peak')), &
                                     short_edges=jcm_option(settings%word('short_edges')), &
+                                    reversal=jcm_option(settings%word('reversal')), &
+                                    closure_cycle=cycle_of(settings%word('closure_cycle')), &
                                     max_angle=settings%number('max_angle'))
    end function jcm_parameters_of
+
+   !> The loading cycle a deck word means.
+   pure integer function cycle_of(word)
+      character(len=*), intent(in) :: word
+
+      select case (word)
+      case ('1')
+         cycle_of = 1
+      case ('2')
+         cycle_of = 2
+      case ('hysteresis')
+         cycle_of = closure_hysteresis
+      case default
+         cycle_of = last_cycle
+      end select
+   end function cycle_of
 
    !> At the scale of its block edge.
    pure subroutine scale(self, settings, edge_length, mean_length)
@@ -174,6 +195,7 @@ contains
       class(jcm_law_t), intent(in) :: self
 
       largest = self%edge%vm
+      if (self%edge%hysteretic) largest = maxval(self%edge%curves%vm)
    end function own_closure
 
    !> Its values.
@@ -270,9 +292,11 @@ contains
       !> Closure [mm]
       real(wp), intent(in) :: value
 
-      associate (no_matter => state)
-      end associate
-      closure_stress = hyperbola_stress(self%edge%kn0, self%edge%vm, value)
+      if (self%edge%hysteretic) then
+         closure_stress = path_stress(self%edge%curves, state%memory, value)
+      else
+         closure_stress = hyperbola_stress(self%edge%kn0, self%edge%vm, value)
+      end if
    end function closure_stress
 
    !> Closure under a normal stress [mm], eq 5b.
@@ -282,9 +306,11 @@ contains
       !> Normal stress [MPa]
       real(wp), intent(in) :: value
 
-      associate (no_matter => state)
-      end associate
-      closure = hyperbola(self%edge%kn0, self%edge%vm, value)
+      if (self%edge%hysteretic) then
+         closure = path_closure(self%edge%curves, state%memory, value)
+      else
+         closure = hyperbola(self%edge%kn0, self%edge%vm, value)
+      end if
    end function closure
 
    !> Normal stiffness at a normal stress [MPa/mm], eq 11.
@@ -294,9 +320,11 @@ contains
       !> Normal stress [MPa]
       real(wp), intent(in) :: value
 
-      associate (no_matter => state)
-      end associate
-      normal_stiffness = hyperbola_stiffness(self%edge%kn0, self%edge%vm, value)
+      if (self%edge%hysteretic) then
+         normal_stiffness = path_stiffness(self%edge%curves, state%memory, value)
+      else
+         normal_stiffness = hyperbola_stiffness(self%edge%kn0, self%edge%vm, value)
+      end if
    end function normal_stiffness
 
    !> Elastic shear stiffness at a normal stress [MPa/mm].

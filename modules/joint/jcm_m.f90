@@ -8,6 +8,8 @@
 module jcm_m
    use kinds_m, only: wp
    use constants_m, only: radians, is_set, unset
+   use jcm_closure_m, only: closure_curves_t, cycles, last_cycle, initial_stiffness, maximum_closure, closure_stress, closure, &
+                            normal_stiffness, path_closure, path_stiffness, follow_path
    use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t, joint_dilation_t
    implicit none
    private
@@ -26,6 +28,9 @@ module jcm_m
    integer, parameter, public :: peak_eq14 = 1, peak_eq15 = 2
    integer, parameter, public :: post_peak_table = 3, post_peak_eq16 = 4
    integer, parameter, public :: short_edges_extrapolate = 5, short_edges_l0 = 6
+   integer, parameter, public :: reversal_symmetric = 7, reversal_barton = 8
+   !> In place of a loading cycle: from one to the next
+   integer, parameter, public :: closure_hysteresis = 0
 
    !> The joint as measured in the laboratory
    type, public :: jcm_parameters_t
@@ -41,6 +46,8 @@ module jcm_m
       real(wp) :: a0 = unset
       !> Formula of the peak displacement; of the mobilisation after the peak; of edges shorter than l0
       integer :: peak = peak_eq15, post_peak = post_peak_table, short_edges = short_edges_extrapolate
+      !> Loading cycle of the closure, or closure_hysteresis; strength of a joint that slides back
+      integer :: closure_cycle = last_cycle, reversal = reversal_symmetric
       !> Largest total friction angle, the usual limit of validity of eq 12 [deg]
       real(wp) :: max_angle = 70.0_wp
    end type jcm_parameters_t
@@ -59,6 +66,9 @@ module jcm_m
       integer :: peak = peak_eq15
       real(wp) :: peak_scale = 1.0_wp
       integer :: post_peak = post_peak_table
+      !> Does closure go through the cycles, with these curves? Is a joint weaker when it slides back?
+      logical :: hysteretic = .false., weaker_back = .false.
+      type(closure_curves_t) :: curves
       !> Largest log10(JCSn/sn), where the total angle reaches its cap, and the normal stress there [-, MPa]
       real(wp) :: largest_logarithm = 0.0_wp, least_stress = 1.0_wp
       !> Guards that acted: vm or kn0 came out too small, a0 too small, ln is below l0 and the scaling extrapolates
@@ -88,8 +98,6 @@ module jcm_m
    real(wp), parameter :: ln10 = log(10.0_wp)
    real(wp), parameter :: millimetres_per_metre = 1000.0_wp
 
-   !> Beyond this share of vm the closure curve continues along its tangent, so that no overlap means an infinite stress
-   real(wp), parameter, public :: closure_limit = 0.99_wp
    !> Floors of vm (as a share of a0), kn0 [MPa/mm] and a0 [mm]: what the fits of eqs 6 and 7 give below them is noise
    real(wp), parameter, public :: least_closure_share = 0.05_wp, least_stiffness = 0.1_wp, least_aperture = 0.01_wp
    !> The roughness terms see JCSn/sn no larger than 10 to this power
@@ -130,6 +138,10 @@ contains
          jcm_option = short_edges_extrapolate
       case ('l0')
          jcm_option = short_edges_l0
+      case ('symmetric')
+         jcm_option = reversal_symmetric
+      case ('barton')
+         jcm_option = reversal_barton
       case default
          jcm_option = unknown_option
       end select
@@ -143,6 +155,7 @@ contains
       real(wp), intent(in) :: ln
       type(jcm_edge_t) :: edge
       real(wp) :: jrc0, jcs0, l0, sigma_c, a0, vm, kn0, roughness_cap
+      integer :: cycle_number
 
       jrc0 = between(0.0_wp, parameters%jrc0, roughest)
       jcs0 = between(weakest, parameters%jcs0, largest_stress)
@@ -164,9 +177,16 @@ contains
       kn0 = initial_stiffness(edge%jrcn, edge%jcsn, edge%a0)
       edge%kn0 = max(kn0, least_stiffness)
       edge%kn0_clamped = kn0 < least_stiffness
-      vm = maximum_closure(edge%jrcn, edge%jcsn, edge%a0)
-      edge%vm = max(vm, least_closure_share*edge%a0)
-      edge%vm_clamped = vm < least_closure_share*edge%a0
+      edge%hysteretic = parameters%closure_cycle == closure_hysteresis
+      edge%curves%kn0 = edge%kn0
+      do cycle_number = 1, cycles
+         vm = maximum_closure(edge%jrcn, edge%jcsn, edge%a0, cycle_number)
+         edge%curves%vm(cycle_number) = max(vm, least_closure_share*edge%a0)
+         if (edge%hysteretic .or. parameters%closure_cycle == cycle_number) &
+            edge%vm_clamped = edge%vm_clamped .or. vm < least_closure_share*edge%a0
+      end do
+      edge%vm = edge%curves%vm(merge(1, parameters%closure_cycle, edge%hysteretic))
+      edge%weaker_back = parameters%reversal == reversal_barton
 
       edge%phi_r = between(0.0_wp, parameters%phi_r, steepest)
       edge%onset_slope = max(radians*edge%phi_r/onset*secant_squared(edge%phi_r), least_slope)
@@ -184,7 +204,7 @@ contains
       end if
    end function jcm_scale
 
-   ! ---- Scaling and closure: eqs 5 to 11 ---------------------------------------------------------------------------
+   ! ---- Scaling: eqs 8 to 10 ---------------------------------------------------------------------------
 
    !> Eq 8: JRC at the scale of the block edge.
    pure real(wp) function scaled_roughness(jrc0, ln, l0)
@@ -209,70 +229,6 @@ contains
 
       initial_aperture = jrc0/5.0_wp*(0.2_wp*sigma_c/jcs0 - 0.1_wp)                                 ! (10)
    end function initial_aperture
-
-   !> Eq 6: initial normal stiffness, third loading cycle [MPa/mm].
-   pure real(wp) function initial_stiffness(jrc, jcs, a0)
-      !> JRC [-], JCS [MPa], initial aperture [mm]
-      real(wp), intent(in) :: jrc, jcs, a0
-
-      initial_stiffness = -7.15_wp + 1.75_wp*jrc + 0.02_wp*jcs/a0                                   ! (6)
-   end function initial_stiffness
-
-   !> Eq 7: maximum closure, third loading cycle [mm].
-   pure real(wp) function maximum_closure(jrc, jcs, a0)
-      !> JRC [-], JCS [MPa], initial aperture [mm]
-      real(wp), intent(in) :: jrc, jcs, a0
-
-      maximum_closure = -0.1032_wp - 0.0074_wp*jrc + 1.1350_wp*(jcs/a0)**(-0.2510_wp)               ! (7)
-   end function maximum_closure
-
-   !> Eq 5a: normal stress of a closure [MPa]; none when the walls are apart, along the tangent beyond closure_limit*vm.
-   pure real(wp) function closure_stress(kn0, vm, v)
-      !> Initial stiffness [MPa/mm], maximum closure [mm]
-      real(wp), intent(in) :: kn0, vm
-      !> Closure [mm]
-      real(wp), intent(in) :: v
-      real(wp) :: bounded
-
-      bounded = between(0.0_wp, v, closure_limit*vm)
-      closure_stress = kn0*bounded/(1.0_wp - bounded/vm)                                            ! (5a)
-      if (v > bounded .and. v > 0.0_wp) then
-         closure_stress = closure_stress + kn0/(1.0_wp - closure_limit)**2*(min(v, largest_slip) - bounded)
-      end if
-   end function closure_stress
-
-   !> Eq 5b: closure under a normal stress [mm], the inverse of closure_stress; none when open.
-   pure real(wp) function closure(kn0, vm, sn)
-      !> Initial stiffness [MPa/mm], maximum closure [mm]
-      real(wp), intent(in) :: kn0, vm
-      !> Normal stress [MPa]
-      real(wp), intent(in) :: sn
-      real(wp) :: bounded
-
-      bounded = between(0.0_wp, sn, limit_stress(kn0, vm))
-      closure = bounded*vm/(kn0*vm + bounded)                                                       ! (5b)
-      if (sn > bounded .and. sn > 0.0_wp) closure = closure + (sn - bounded)/(kn0/(1.0_wp - closure_limit)**2)
-   end function closure
-
-   !> Eq 11: normal stiffness [MPa/mm].
-   pure real(wp) function normal_stiffness(kn0, vm, sn)
-      !> Initial stiffness [MPa/mm], maximum closure [mm]
-      real(wp), intent(in) :: kn0, vm
-      !> Normal stress [MPa]
-      real(wp), intent(in) :: sn
-      real(wp) :: bounded
-
-      bounded = between(0.0_wp, sn, limit_stress(kn0, vm))
-      normal_stiffness = (bounded + kn0*vm)**2/(kn0*vm**2)                                          ! (11)
-   end function normal_stiffness
-
-   !> Normal stress at closure_limit*vm [MPa].
-   pure real(wp) function limit_stress(kn0, vm)
-      !> Initial stiffness [MPa/mm], maximum closure [mm]
-      real(wp), intent(in) :: kn0, vm
-
-      limit_stress = kn0*vm*closure_limit/(1.0_wp - closure_limit)
-   end function limit_stress
 
    ! ---- Roughness at a normal stress -------------------------------------------------------------------------------
 
@@ -643,6 +599,20 @@ contains
       end if
    end function dilation_tangent
 
+   !> d dilation_tangent/d(u/up) [-].
+   pure real(wp) function dilation_tangent_slope(post_peak, ratio, peak_angle) result(slope)
+      !> Post-peak form
+      integer, intent(in) :: post_peak
+      !> u/up [-], JRCn log10(JCSn/sn)/M [deg]
+      real(wp), intent(in) :: ratio, peak_angle
+
+      if (ratio < peak_ratio) then
+         slope = 4.0_wp*dilation_ratio(peak_angle)
+      else
+         slope = radians*peak_angle*share_slope(post_peak, ratio)*(1.0_wp + dilation_tangent(post_peak, ratio, peak_angle)**2)
+      end if
+   end function dilation_tangent_slope
+
    !> Eq 18: closure by a slip du at a mobilised dilation angle [mm].
    pure real(wp) function dilation_increment(angle, du)
       !> Mobilised dilation angle [deg], slip [mm]
@@ -851,12 +821,17 @@ contains
          call return_to_strength(edge, rough, rate, state)
          state%knn = normal_stiffness(edge%kn0, edge%vm, sn)
          state%vn = closure(edge%kn0, edge%vm, sn)                                                  ! (5b, 23a)
+         if (edge%hysteretic) state%knn = path_stiffness(edge%curves, state%memory, sn)
       else
          state%tau = 0.0_wp
          state%ktt = 0.0_wp
          state%sliding = .true.
          state%knn = 0.0_wp
          state%vn = 0.0_wp
+      end if
+      if (edge%hysteretic) then
+         state%vn = path_closure(edge%curves, state%memory, sn)
+         call follow_path(edge%curves, sn, state%memory)
       end if
       state%v = state%vn - state%dilation                                                           ! (23a)
    end subroutine jcm_update
@@ -978,10 +953,17 @@ contains
       !> Mobilisation by slip in this step [1/mm]
       real(wp), intent(in) :: rate
       type(joint_point_t), intent(inout) :: state
-      real(wp) :: slope, stiffness, trial, strength
+      real(wp) :: slope, stiffness, trial, strength, mu_back, mu_back_u
 
       state%mu_mob = tan(radians*angle_at(edge, state%ratio, rough%angle))                          ! (33)
       strength = state%sn*state%mu_mob                                                              ! (13)
+      if (edge%weaker_back .and. state%u*state%step_u < 0.0_wp) then
+         call friction_back(edge, state, mu_back, mu_back_u)
+         if (mu_back < state%mu_mob) then
+            call slide_back(edge, rough, mu_back, mu_back_u, state)
+            return
+         end if
+      end if
       slope = 0.0_wp
       if (abs(state%u) >= state%u_max) &
          & slope = radians*angle_slope(edge, state%ratio, rough%angle)*(1.0_wp + state%mu_mob**2)
@@ -1004,6 +986,64 @@ contains
       end if
    end subroutine return_to_strength
 
+   !> Friction coefficient of a joint that slides back down the asperities that it has climbed, and its derivative by u [1/mm]:
+   !> tan(phi_r - d), d the dilation angle where it is (Fei and Choo 2022). Never below zero: no joint pushes itself back.
+   pure subroutine friction_back(edge, state, mu, mu_u)
+      type(jcm_edge_t), intent(in) :: edge
+      !> With the dilation of its u
+      type(joint_point_t), intent(in) :: state
+      real(wp), intent(out) :: mu, mu_u
+      real(wp) :: flat, steepness
+
+      flat = tan(radians*edge%phi_r)
+      steepness = max(0.0_wp, sign(1.0_wp, state%u)*state%dilation_slope)
+      mu = (flat - steepness)/(1.0_wp + flat*steepness)
+      mu_u = 0.0_wp
+      if (steepness > 0.0_wp .and. mu > 0.0_wp) &
+         mu_u = -(1.0_wp + flat**2)/(1.0_wp + flat*steepness)**2*sign(1.0_wp, state%u)*retraced_curvature(edge, state)
+      mu = max(mu, 0.0_wp)
+   end subroutine friction_back
+
+   !> d |dilation slope|/d|u| of a joint on its way back [1/mm].
+   pure real(wp) function retraced_curvature(edge, state) result(curvature)
+      type(jcm_edge_t), intent(in) :: edge
+      type(joint_point_t), intent(in) :: state
+      real(wp) :: ratio, rest, bend
+
+      curvature = 0.0_wp
+      if (state%ratio <= contraction_end .or. abs(state%u) >= state%u_max) return
+      ratio = abs(state%u)/state%u_max*state%ratio
+      rest = state%dilation_max - state%path_peak*dilation_from_rest(edge%post_peak, state%ratio, state%path_angle)
+      bend = rest + (state%path_peak*state%ratio - state%u_max)*dilation_tangent(edge%post_peak, state%ratio, state%path_angle)
+      curvature = -2.0_wp*bend
+      if (ratio > contraction_end) curvature = curvature &
+         &+ state%path_peak*state%ratio**2*dilation_tangent_slope(edge%post_peak, ratio, state%path_angle)
+      curvature = curvature/state%u_max**2
+   end function retraced_curvature
+
+   !> Shear stress of a joint that goes back: elastic trial, returned to a strength that is lower than on the way out.
+   pure subroutine slide_back(edge, rough, mu_back, mu_back_u, state)
+      type(jcm_edge_t), intent(in) :: edge
+      type(roughness_t), intent(in) :: rough
+      !> Friction coefficient on the way back [-], its derivative by u [1/mm]
+      real(wp), intent(in) :: mu_back, mu_back_u
+      type(joint_point_t), intent(inout) :: state
+      real(wp) :: stiffness, trial
+
+      stiffness = state%sn/rough%peak*steepest_slope(edge, rough%angle)
+      trial = state%tau + stiffness*state%step_u
+      ! While it still leans outward it is the strength of the way out that counts
+      state%sliding = trial*state%u < 0.0_wp .and. abs(trial) >= state%sn*mu_back
+      if (state%sliding) then
+         state%mu_mob = mu_back
+         state%tau = sign(state%sn*mu_back, trial)
+         state%ktt = sign(state%sn, trial)*mu_back_u
+      else
+         state%tau = sign(min(abs(trial), state%sn*state%mu_mob), trial)
+         state%ktt = stiffness
+      end if
+   end subroutine slide_back
+
    !> Tangent of the step that led to this state: how its results change with its du, its sn_new and its path.
    pure function jcm_tangent(edge, state, path) result(tangent)
       type(jcm_edge_t), intent(in) :: edge
@@ -1016,10 +1056,13 @@ contains
       tangent%dilation_u = state%dilation_slope
       tangent%vn_sn = 1.0_wp/normal_stiffness(edge%kn0, edge%vm, state%sn)
       if (state%sn <= 0.0_wp) return
+      if (edge%hysteretic) tangent%vn_sn = 1.0_wp/state%knn
       rough = roughness_at(edge, state%sn)
       peak_sensitivity = relative_peak_sensitivity(edge, rough, state%sn)
       tangent%tau_u = state%ktt
-      if (state%sliding) then
+      if (state%sliding .and. edge%weaker_back .and. state%tau*state%u < 0.0_wp .and. state%step_u*state%u < 0.0_wp) then
+         tangent%tau_sn = sign(state%mu_mob, state%tau)
+      else if (state%sliding) then
          ! Along eq 13, and through up(sn), which sets how much this step's slip mobilised.
          slope = radians*angle_slope(edge, state%ratio, rough%angle)*(1.0_wp + state%mu_mob**2)
          ratio_sensitivity = peak_sensitivity

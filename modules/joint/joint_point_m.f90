@@ -8,7 +8,7 @@ module joint_point_m
    public :: joint_values, joint_from_values
 
    !> Numbers that a law may keep for itself; numbers that make up a joint's state
-   integer, parameter, public :: memory_size = 4, joint_value_count = 19 + memory_size
+   integer, parameter, public :: memory_size = 5, joint_value_count = 19 + memory_size
 
    !> What one joint element remembers between steps
    type, public :: joint_point_t

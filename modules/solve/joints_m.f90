@@ -320,7 +320,7 @@ contains
       type(joint_frame_t), intent(in) :: frame
       type(joint_point_t), intent(inout) :: point
       real(wp), intent(inout) :: opening, open_aperture
-      real(wp) :: stress
+      real(wp) :: stress, set
 
       opening = frame%opening/millimetre
       stress = tractions%contact_stress(j)
@@ -334,9 +334,11 @@ contains
          if (joints%literal_aperture(j)) then
             open_aperture = aperture(law%initial_aperture(), opening, point%v)                    ! (31)
          else
-            ! Walls that part keep the dilation until they slide back. Where it pushes them it is a part of the opening
-            open_aperture = aperture(law%initial_aperture() + point%dilation, &
-                                     opening - merge(point%dilation, 0.0_wp, joints%coupled(j)), point%vn)
+            ! Walls that part keep the dilation until they slide back. Where it pushes them it is a part of the opening.
+            ! What closure has set is none
+            set = law%closure(point, 0.0_wp)
+            open_aperture = aperture(law%initial_aperture() + point%dilation - set, &
+                                     opening - merge(point%dilation, 0.0_wp, joints%coupled(j)) + set, point%vn - set)
          end if
       end associate
    end subroutine update
