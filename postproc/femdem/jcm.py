@@ -24,6 +24,12 @@ INTERVALS_AFTER_PEAK = 40000
 # vm as a share of a0, of kn0 [MPa/mm] and of a0 [mm]; largest log10(JCSn/sn), and its floor in eq 21; largest angle a tangent
 # is taken of
 CLOSURE_LIMIT = 0.99
+# Constants of the largest closure by loading cycle (Bandis et al. 1983); the third is eq 7
+CYCLES = {
+    1: (-0.2960, -0.0056, 2.2410, -0.2450),
+    2: (-0.1005, -0.0073, 1.0082, -0.2301),
+    3: (-0.1032, -0.0074, 1.1350, -0.2510),
+}
 LEAST_CLOSURE_SHARE, LEAST_STIFFNESS, LEAST_APERTURE = 0.05, 0.1, 0.01
 WIDEST_LOGARITHM, LEAST_LOGARITHM = 6.0, 1e-3
 STEEPEST = 89.0
@@ -44,12 +50,15 @@ class Joint:
     post_peak: str = "table"
     short_edges: str = "extrapolate"
     max_angle: float = 70.0  # degrees
+    closure_cycle: int = 3
 
     def __post_init__(self):
         if self.peak not in ("eq14", "eq15"):
             raise ValueError(f"peak = {self.peak!r}: expected 'eq14' or 'eq15'")
         if self.post_peak not in ("table", "eq16"):
             raise ValueError(f"post_peak = {self.post_peak!r}: expected 'table' or 'eq16'")
+        if self.closure_cycle not in CYCLES:
+            raise ValueError(f"closure_cycle = {self.closure_cycle!r}: expected 1, 2 or 3")
         if self.sigma_c is None:
             self.sigma_c = self.jcs0
         if self.a0 is None:
@@ -87,7 +96,8 @@ class Joint:
 
     @property
     def _fitted_closure(self):
-        return -0.1032 - 0.0074 * self.jrcn + 1.1350 * (self.jcsn / self.a0) ** -0.2510  # eq 7
+        a, b, c, d = CYCLES[self.closure_cycle]
+        return a + b * self.jrcn + c * (self.jcsn / self.a0) ** d  # eq 7
 
     @property
     def _limit(self):

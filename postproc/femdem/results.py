@@ -353,11 +353,12 @@ class Results:
         except ResultsError:
             return self.directory.name
 
-    def reference_joint(self, group, length=None):
+    def reference_joint(self, group, length=None, cycle=None):
         """The joint law of a group with the properties of the deck, for curves to compare with.
 
         The effective length is the one given, else that of the group's block edges, which must then be equal
-        (law = 'jcm_mean': the mean length of all block edges).
+        (law = 'jcm_mean': the mean length of all block edges). The closure is that of the loading cycle given, else of
+        the deck's; of a joint that goes through the cycles it must be given.
         """
         from femdem.jcm import Joint
 
@@ -381,6 +382,12 @@ class Results:
         missing = [name for name in ("jrc0", "jcs0_mpa", "l0", "phi_r") if name not in deck]
         if missing:
             raise ResultsError(f"{self.deck.path}: &joint of {group!r} lacks {', '.join(missing)}")
+        cycle = cycle or deck.get("closure_cycle", 3)
+        if cycle == "hysteresis":
+            raise ResultsError(
+                f"{self.deck.path}: the closure of {group!r} goes through the loading cycles: no one curve to compare "
+                "with; plot_cycles.py draws them"
+            )
         defaults = {"peak": "eq15", "post_peak": "table", "short_edges": "extrapolate", "max_angle": 70.0}
         return Joint(
             jrc0=deck["jrc0"],
@@ -390,5 +397,6 @@ class Results:
             length=length,
             a0=deck.get("a0_mm"),
             sigma_c=deck.get("sigma_c_mpa"),
+            closure_cycle=int(cycle),
             **{name: deck.get(name, value) for name, value in defaults.items()},
         )
