@@ -98,7 +98,8 @@ program femdem
       call log%say('the input is good')
       call exit_with(status_ok)
    end if
-   if (command%restart /= '') call load_run(command%restart, command%branch, scene, state, done, errors)
+   if (command%restart /= '') call load_run(command%restart, command%branch, scene, state, solver%kept, &
+                                            done, errors)
    if (errors%any()) call stop_with(status_bad_input)
    call catch_signals()
    call results%open(directory, scene, state, command_text(), command%restart /= '', done, notes, errors)
@@ -134,7 +135,7 @@ program femdem
          if (allocated(report%moved)) call results%record_failure(scene, state, place, report%unbalanced, report%moved, errors)
          if (errors%any()) call stop_with(status_failed)
          if (report%interrupted) call stop_on_signal()
-         call results%record(scene, state, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
+         call results%record(scene, state, solver%matrix(), place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
                              stage == size(deck%stage) .and. cycle == deck%stage(stage)%cycles, errors)
          if (errors%any()) call stop_with(status_failed)
          done = place

@@ -1,13 +1,18 @@
-"""The same run twice gives the same bits: nothing in a run depends on threads, clocks or memory that nobody wrote to.
+"""The same run twice gives the same bits, also one that was stopped on its way and gone on with: nothing in a run depends on
+threads, clocks or memory that nobody wrote to, and a checkpoint forgets nothing.
 
 A crack whose matrix (25 000 unknowns) was once ordered by a library that draws lots among its threads, so that no two runs
-agreed; and a coarse network in rock that breaks.
+agreed; a coarse network in rock that breaks; direct shear, whose matrix serves for hundreds of increments.
 """
 
+import signal
 import subprocess
-import sys
+import time
 from pathlib import Path
 
+import pytest
+
+from femdem.places import module
 from scene import find_cases, run_case
 
 NETWORK = Path(__file__).resolve().parent.parent / "input" / "network"
@@ -22,6 +27,35 @@ def assert_same(one, two, tables):
         assert (one / table).read_bytes() == (two / table).read_bytes(), table
 
 
+def stop_and_go_on(femdem, deck, place, rows):
+    """Run a deck, stop it when its history has some rows more, and go on from the checkpoint, until it is done; stops."""
+    stops, restart = 0, []
+    while True:
+        command = [str(word) for word in (femdem, "--quiet", "--output", place, *restart, deck)]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            history, before = place / "history.csv", 0
+            while process.poll() is None:
+                length = history.read_text().count("\n") if history.exists() else 0
+                before = before or length
+                if length >= before + rows:
+                    process.send_signal(signal.SIGTERM)
+                    process.wait(timeout=300)
+                time.sleep(0.005)
+        if process.returncode == 0:
+            return stops
+        assert process.returncode == 3
+        stops, restart = stops + 1, ["--restart", place / "checkpoint.h5"]
+
+
+@pytest.mark.parametrize(("name", "rows"), [("shear_implicit", 60), ("relaxation_shear", 10)])
+def test_shear_that_is_stopped(name, rows, femdem, tmp_path):
+    case = next(case for case in find_cases() if case.name == name)
+    whole = run_case(case, femdem, tmp_path / "whole")
+    stopped = whole.parent / "stopped"
+    assert stop_and_go_on(femdem, whole.parent / case.deck, stopped, rows) >= 1
+    assert_same(whole, stopped, ("history.csv", "edges.csv"))
+
+
 def test_a_closed_crack(femdem, tmp_path):
     case = next(case for case in find_cases() if case.name == "inclined_crack")
     one, two = (run_case(case, femdem, tmp_path / name) for name in ("one", "two"))
@@ -31,8 +65,7 @@ def test_a_closed_crack(femdem, tmp_path):
 def test_a_network_that_breaks(femdem, tmp_path):
     mesh = tmp_path / "two_sets.msh"
     command = [
-        sys.executable,
-        NETWORK / "make_mesh.py",
+        *module("femdem.network.make_mesh"),
         NETWORK / "two_sets.csv",
         "--size",
         "0.08",
@@ -43,9 +76,11 @@ def test_a_network_that_breaks(femdem, tmp_path):
     text = (NETWORK / "phase_2b.nml").read_text(encoding="utf-8").replace("cycles = 10", "cycles = 3")
     deck = tmp_path / "deck.nml"
     deck.write_text(text + CRACKS, encoding="utf-8")
-    one, two = tmp_path / "one", tmp_path / "two"
+    one, two, stopped = tmp_path / "one", tmp_path / "two", tmp_path / "stopped"
     for place in (one, two):
         command = [femdem, "--quiet", "--output", place, deck]
         subprocess.run(command, check=True, capture_output=True, timeout=300)
     assert len((one / "cracks.csv").read_text().splitlines()) > 1
     assert_same(one, two, ("history.csv", "edges.csv", "cracks.csv"))
+    assert stop_and_go_on(femdem, deck, stopped, 1) >= 2
+    assert_same(one, stopped, ("history.csv", "edges.csv", "cracks.csv"))

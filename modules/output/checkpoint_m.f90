@@ -15,7 +15,7 @@ module checkpoint_m
    public :: text_hash, numbers_hash
 
    !> Layout of the file; raise it when what is saved changes meaning
-   integer, parameter :: format_version = 5
+   integer, parameter :: format_version = 6
 
    !> What a checkpoint must agree with beside the deck (deck_record_m): the same mesh, in size and content
    type, public :: fingerprint_t
@@ -29,7 +29,7 @@ module checkpoint_m
       private
       type(h5_file_t) :: file
       character(len=:), allocatable :: path
-      logical :: writing = .false.
+      logical, public :: writing = .false.
    contains
       procedure :: create
       procedure :: open => open_checkpoint
@@ -41,6 +41,11 @@ module checkpoint_m
       procedure, private :: load_text, load_real, load_integer, load_long, load_real_1, load_real_2, load_integer_1, load_integer_2
       !> load(name, value): arrays that are allocated must have the shape saved, others get it
       generic :: load => load_text, load_real, load_integer, load_long, load_real_1, load_real_2, load_integer_1, load_integer_2
+      procedure, private :: keep_real, keep_integer, keep_long, keep_logical, keep_real_1, keep_real_2, keep_integer_1, &
+         keep_integer_2
+      !> keep(name, value, errors): save or load, whichever the checkpoint is open for: one list of names serves both
+      generic :: keep => keep_real, keep_integer, keep_long, keep_logical, keep_real_1, keep_real_2, keep_integer_1, &
+         keep_integer_2
    end type checkpoint_t
 
 contains
@@ -323,6 +328,90 @@ contains
       end if
       call move_alloc(found, value)
    end subroutine load_integer_2
+
+   ! ---- Keep --------------------------------------------------------------------------------------------------------
+
+   subroutine keep_real(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(inout) :: value
+      type(error_list_t), intent(inout) :: errors
+
+      if (self%writing) call self%save(name, value)
+      if (.not. self%writing) call self%load(name, value, errors)
+   end subroutine keep_real
+
+   subroutine keep_integer(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: value
+      type(error_list_t), intent(inout) :: errors
+
+      if (self%writing) call self%save(name, value)
+      if (.not. self%writing) call self%load(name, value, errors)
+   end subroutine keep_integer
+
+   subroutine keep_long(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(i8), intent(inout) :: value
+      type(error_list_t), intent(inout) :: errors
+
+      if (self%writing) call self%save(name, value)
+      if (.not. self%writing) call self%load(name, value, errors)
+   end subroutine keep_long
+
+   subroutine keep_logical(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(inout) :: value
+      type(error_list_t), intent(inout) :: errors
+      integer :: number
+
+      number = merge(1, 0, value)
+      call self%keep(name, number, errors)
+      value = number == 1
+   end subroutine keep_logical
+
+   subroutine keep_real_1(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: value(:)
+      type(error_list_t), intent(inout) :: errors
+
+      if (self%writing) call self%save(name, value)
+      if (.not. self%writing) call self%load(name, value, errors)
+   end subroutine keep_real_1
+
+   subroutine keep_real_2(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: value(:, :)
+      type(error_list_t), intent(inout) :: errors
+
+      if (self%writing) call self%save(name, value)
+      if (.not. self%writing) call self%load(name, value, errors)
+   end subroutine keep_real_2
+
+   subroutine keep_integer_1(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, allocatable, intent(inout) :: value(:)
+      type(error_list_t), intent(inout) :: errors
+
+      if (self%writing) call self%save(name, value)
+      if (.not. self%writing) call self%load(name, value, errors)
+   end subroutine keep_integer_1
+
+   subroutine keep_integer_2(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, allocatable, intent(inout) :: value(:, :)
+      type(error_list_t), intent(inout) :: errors
+
+      if (self%writing) call self%save(name, value)
+      if (.not. self%writing) call self%load(name, value, errors)
+   end subroutine keep_integer_2
 
    !> Was it saved? An error otherwise.
    logical function known(self, name, errors)

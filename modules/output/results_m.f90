@@ -6,6 +6,7 @@ module results_m
    use files_m, only: read_text, file_exists, real_path, relative_path, replace_file
    use deck_m, only: deck_t, write_deck, deck_path, written_by_program
    use scene_m, only: scene_t
+   use sparse_system_m, only: kept_matrix_t
    use state_m, only: state_t
    use solid_m, only: solid_stress
    use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
@@ -24,6 +25,7 @@ module results_m
    type :: last_cycle_t
       type(scene_t) :: scene
       type(state_t) :: state
+      type(kept_matrix_t) :: matrix
       type(place_t) :: place
       real(wp) :: unbalanced = 0.0_wp
       logical :: row = .false., fields = .false., checkpoint = .false.
@@ -123,7 +125,7 @@ contains
          end if
       end associate
       ! Should this run end before its first cycle, that of the checkpoint is its last one, with all that was written of it
-      if (restarted) self%last = last_cycle_t(scene, state, place, row=.true., fields=snapshot_is_due(scene%deck, place), &
+      if (restarted) self%last = last_cycle_t(scene, state, place=place, row=.true., fields=snapshot_is_due(scene%deck, place), &
                                               checkpoint=.true.)
       ! The table begins with what is known: nothing, or what had broken at the checkpoint
       if (scene%can_break) then
@@ -208,10 +210,12 @@ contains
    end subroutine effective_deck
 
    !> What a finished cycle leaves behind, as often as the deck asks for it.
-   subroutine record(self, scene, state, place, unbalanced, stage_is_over, run_is_over, errors)
+   subroutine record(self, scene, state, matrix, place, unbalanced, stage_is_over, run_is_over, errors)
       class(results_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(state_t), intent(in) :: state
+      !> What the implicit solver keeps of its matrix
+      type(kept_matrix_t), intent(in) :: matrix
       !> Stage and cycle just completed
       type(place_t), intent(in) :: place
       !> Unbalanced force ratio
@@ -240,14 +244,14 @@ contains
          checkpoint = run_is_over .or. stage_is_over .or. &
                       real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)
          if (checkpoint) then
-            call save_run(self%directory//'checkpoint.h5', scene, state, place, errors)
+            call save_run(self%directory//'checkpoint.h5', scene, state, matrix, place, errors)
             self%last_checkpoint = now
          end if
       end associate
       if (to_history .and. snapshot .and. checkpoint) then
          if (allocated(self%last)) deallocate (self%last)
       else
-         self%last = last_cycle_t(scene, state, place, unbalanced, to_history, snapshot, checkpoint)
+         self%last = last_cycle_t(scene, state, matrix, place, unbalanced, to_history, snapshot, checkpoint)
       end if
    end subroutine record
 
@@ -279,7 +283,7 @@ contains
       call note_cracks_in_table(self, last%scene, last%state, errors)
       if (.not. last%fields) call write_snapshot(self, last%scene, last%state, last%place, errors)
       if (errors%count() > before .or. last%checkpoint) return
-      call save_run(self%directory//'checkpoint.h5', last%scene, last%state, last%place, errors)
+      call save_run(self%directory//'checkpoint.h5', last%scene, last%state, last%matrix, last%place, errors)
    end subroutine record_last_cycle
 
    !> Fields and block edges.

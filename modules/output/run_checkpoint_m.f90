@@ -1,5 +1,6 @@
-!> What a checkpoint keeps of a run: a pair of routines, save and load, for each part of it. Nothing is kept that follows from
-!> deck and mesh, or that the first forces find anew.
+!> What a checkpoint keeps of a run: the deck it belongs to, the edges that became cracks, and all that the state remembers, by
+!> one list that serves for saving and loading (keep_state). Nothing is kept that follows from deck and mesh, or that the first
+!> forces find anew.
 module run_checkpoint_m
    use kinds_m, only: wp
    use errors_m, only: error_list_t
@@ -7,11 +8,11 @@ module run_checkpoint_m
    use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash, numbers_hash
    use deck_record_m, only: deck_record, whole_record, compare_records
    use bonds_m, only: bond_values, restore_bonds, event_values, restore_events, bond_value_count
-   use joint_point_m, only: joint_values, joint_from_values, joint_value_count
-   use recut_m, only: recut, restore_walls
+   use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
+   use recut_m, only: recut, restore_contact
    use scene_m, only: scene_t
+   use sparse_system_m, only: kept_matrix_t
    use state_m, only: state_t
-   use wall_contact_m, only: walls_touching
    implicit none
    private
 
@@ -26,32 +27,42 @@ module run_checkpoint_m
 contains
 
    !> Save all that changes during a run.
-   subroutine save_run(path, scene, state, place, errors)
+   subroutine save_run(path, scene, state, matrix, place, errors)
       character(len=*), intent(in) :: path
       type(scene_t), intent(in) :: scene
       type(state_t), intent(in) :: state
+      !> What the implicit solver keeps of its matrix
+      type(kept_matrix_t), intent(in) :: matrix
       type(place_t), intent(in) :: place
       type(error_list_t), intent(inout) :: errors
       type(checkpoint_t) :: file
+      type(state_t) :: kept
+      type(kept_matrix_t) :: kept_matrix
 
       call file%create(path, fingerprint_of(scene))
       call file%save('deck', deck_record(scene%deck, place%stage, place%cycle, has_cracks(scene)))
       call file%save('whole_deck', whole_record(scene%deck))
-      call save_cracks(file, scene, state)
-      call save_motion(file, state, place)
-      call save_joints(file, state)
-      call save_contact(file, scene, state)
+      call file%save('crack_edges', pack(scene%cut%edge, scene%cut%group == 0))
+      call file%save('stage', place%stage)
+      call file%save('cycle', place%cycle)
+      if (scene%can_break) call file%save('bonds', bond_values(scene%bonds, state%bonds))
+      kept = state
+      call keep_state(file, scene, kept, errors)
+      kept_matrix = matrix
+      call keep_matrix(file, kept_matrix, errors)
       call file%close(errors)
    end subroutine save_run
 
    !> Take the state of a checkpoint, in the order of its parts: cracks come first, they make the mesh that the others are on.
-   subroutine load_run(path, branch, scene, state, place, errors)
+   subroutine load_run(path, branch, scene, state, matrix, place, errors)
       character(len=*), intent(in) :: path
       !> May later stages, solver and its settings differ from those of the run that wrote it?
       logical, intent(in) :: branch
       !> As it was built from deck and mesh
       type(scene_t), intent(inout) :: scene
       type(state_t), intent(inout) :: state
+      !> What the implicit solver had of its matrix; not allocated when it had none
+      type(kept_matrix_t), allocatable, intent(out) :: matrix
       !> Stage and cycle that were completed
       type(place_t), intent(out) :: place
       type(error_list_t), intent(inout) :: errors
@@ -61,11 +72,122 @@ contains
       if (errors%any()) return
       call compare_decks(file, path, branch, scene, errors)
       call load_cracks(file, path, scene, state, errors)
-      if (.not. errors%any()) call load_motion(file, state, place, errors)
-      if (.not. errors%any()) call load_joints(file, state, errors)
-      if (.not. errors%any()) call load_contact(file, path, scene, state, errors)
+      call file%load('stage', place%stage, errors)
+      call file%load('cycle', place%cycle, errors)
+      if (.not. errors%any()) call keep_state(file, scene, state, errors)
+      allocate (matrix)
+      if (.not. errors%any()) call keep_matrix(file, matrix, errors)
+      if (allocated(matrix%first)) then
+         if (size(matrix%first) == 0) deallocate (matrix)
+      end if
       call file%close(errors)
    end subroutine load_run
+
+   !> All that the state remembers, saved to a checkpoint or loaded from it. What is added to the state and not found anew by the
+   !> first forces has its line here, and no other place.
+   subroutine keep_state(file, scene, state, errors)
+      type(checkpoint_t), intent(inout) :: file
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(inout) :: state
+      type(error_list_t), intent(inout) :: errors
+      real(wp), allocatable :: table(:, :), list(:)
+
+      ! Motion and forces
+      call file%keep('time', state%time, errors)
+      call file%keep('step', state%step, errors)
+      call file%keep('displacement', state%u, errors)
+      call file%keep('velocity', state%v, errors)
+      call file%keep('mass', state%mass, errors)
+      call file%keep('solid_force', state%solid, errors)
+      call file%keep('normal_force', state%normal, errors)
+      call file%keep('friction_force', state%friction, errors)
+      call file%keep('load', state%load, errors)
+      ! Energy account
+      associate (energy => state%energy)
+         call file%keep('energy_kinetic', energy%kinetic, errors)
+         call file%keep('energy_strain', energy%strain, errors)
+         call file%keep('energy_contact', energy%contact, errors)
+         call file%keep('energy_friction', energy%friction, errors)
+         call file%keep('energy_damping', energy%damping, errors)
+         call file%keep('energy_fracture', energy%fracture, errors)
+         call file%keep('energy_external', energy%external, errors)
+         call file%keep('energy_initial', energy%initial, errors)
+      end associate
+      ! Joints
+      table = joint_table(state%joint)
+      call file%keep('joints', table, errors)
+      if (errors%any()) return
+      if (.not. file%writing) call joints_from_table(table, state%joint)
+      call file%keep('opening', state%opening, errors)
+      call file%keep('aperture', state%aperture, errors)
+      call file%keep('contact_stiffness', state%tractions%contact_stiffness, errors)
+      ! Walls, corners, other surfaces
+      call file%keep('facing', state%walls%facing, errors)
+      call file%keep('reached', state%walls%reached, errors)
+      call file%keep('corners', state%corners%held, errors)
+      call file%keep('corners_passed', state%corners%passed, errors)
+      if (scene%has_contact) then
+         list = state%contact%values()
+         if (.not. file%writing) deallocate (list)
+         call file%keep('contact', list, errors)
+         if (errors%any()) return
+         if (.not. file%writing) then
+            if (.not. scene%contact%restore_state(scene%exposed, list, state%contact)) &
+               call errors%add('the contact of the checkpoint does not fit this mesh')
+         end if
+      end if
+      ! What the implicit solver goes on from
+      call file%keep('guess_known', state%guess%known, errors)
+      call file%keep('guess_part', state%guess%part, errors)
+      call file%keep('guess_move', state%guess%move, errors)
+      call file%keep('guess_move_part', state%guess%move_part, errors)
+      if (.not. scene%can_break) return
+      ! Rock that breaks: what has broken, and forces not let go of yet
+      if (.not. file%writing) then
+         if (.not. file%has('crack_events')) return
+      end if
+      table = event_values(state%bonds)
+      if (.not. file%writing) deallocate (table)
+      call file%keep('crack_events', table, errors)
+      if (errors%any()) return
+      if (.not. file%writing) call restore_events(table, state%bonds)
+      call file%keep('release_start', state%release_start, errors)
+      call file%keep('release_time', state%release_time, errors)
+      if (state%release_time > 0.0_wp) call file%keep('release', state%release, errors)
+   end subroutine keep_state
+
+   !> The matrix of the implicit solver: pattern and values in use, so that a restart goes on as if there had been none.
+   subroutine keep_matrix(file, matrix, errors)
+      type(checkpoint_t), intent(inout) :: file
+      type(kept_matrix_t), intent(inout) :: matrix
+      type(error_list_t), intent(inout) :: errors
+
+      call file%keep('matrix_first', matrix%first, errors)
+      call file%keep('matrix_column', matrix%column, errors)
+      call file%keep('matrix_value', matrix%value, errors)
+   end subroutine keep_matrix
+
+   !> Joint elements as a table (values, joints).
+   pure function joint_table(joint) result(table)
+      type(joint_point_t), intent(in) :: joint(:)
+      real(wp), allocatable :: table(:, :)
+      integer :: j
+
+      allocate (table(joint_value_count, size(joint)))
+      do j = 1, size(joint)
+         table(:, j) = joint_values(joint(j))
+      end do
+   end function joint_table
+
+   pure subroutine joints_from_table(table, joint)
+      real(wp), intent(in) :: table(:, :)
+      type(joint_point_t), intent(out) :: joint(:)
+      integer :: j
+
+      do j = 1, size(joint)
+         joint(j) = joint_from_values(table(:, j))
+      end do
+   end subroutine joints_from_table
 
    !> The deck must agree with the one that the checkpoint was written with: in all that the results depend on, or, for a branch,
    !> in what its state depends on.
@@ -135,22 +257,7 @@ contains
 
    ! ---- Cracks ------------------------------------------------------------------------------------------------------
 
-   !> Edges of the mesh that became bonds, in their order; the bonds, what has broken, and forces not let go of yet.
-   subroutine save_cracks(file, scene, state)
-      type(checkpoint_t), intent(inout) :: file
-      type(scene_t), intent(in) :: scene
-      type(state_t), intent(in) :: state
-
-      call file%save('crack_edges', pack(scene%cut%edge, scene%cut%group == 0))
-      if (.not. scene%can_break) return
-      call file%save('bonds', bond_values(scene%bonds, state%bonds))
-      call file%save('crack_events', event_values(state%bonds))
-      call file%save('release_start', state%release_start)
-      call file%save('release_time', state%release_time)
-      if (state%release_time > 0.0_wp) call file%save('release', state%release)
-   end subroutine save_cracks
-
-   !> Cut the mesh along the same edges in the same order, and put the bonds back into them.
+   !> Cut the mesh along the same edges in the same order, put the bonds back into them, and find what of them touches.
    subroutine load_cracks(file, path, scene, state, errors)
       type(checkpoint_t), intent(inout) :: file
       character(len=*), intent(in) :: path
@@ -158,7 +265,7 @@ contains
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       integer, allocatable :: edge(:), at_start(:), later(:), parent(:)
-      real(wp), allocatable :: bonds(:, :), events(:, :)
+      real(wp), allocatable :: bonds(:, :)
 
       call file%load('crack_edges', edge, errors)
       if (errors%any()) return
@@ -182,14 +289,10 @@ contains
       if (.not. file%has('bonds')) return
       allocate (bonds(bond_value_count, size(edge)))
       call file%load('bonds', bonds, errors)
-      call file%load('crack_events', events, errors)
-      call file%load('release_start', state%release_start, errors)
-      call file%load('release_time', state%release_time, errors)
-      if (state%release_time > 0.0_wp) call file%load('release', state%release, errors)
       if (errors%any()) return
       call restore_bonds(bonds, scene%bonds, state%bonds)
-      call restore_events(events, state%bonds)
       scene%joints%bonded(scene%bonds%fractures + 1:) = state%bonds%active
+      call restore_contact(scene, state)
    end subroutine load_cracks
 
    !> Does a list start with another one?
@@ -208,124 +311,5 @@ contains
       can_be_cut = all(edge >= 1 .and. edge <= size(scene%breakable))
       if (can_be_cut) can_be_cut = all(scene%breakable(edge) > 0)
    end function can_be_cut
-
-   ! ---- Motion ------------------------------------------------------------------------------------------------------
-
-   !> Where the run stands, motion and energies.
-   subroutine save_motion(file, state, place)
-      type(checkpoint_t), intent(inout) :: file
-      type(state_t), intent(in) :: state
-      type(place_t), intent(in) :: place
-
-      call file%save('stage', place%stage)
-      call file%save('cycle', place%cycle)
-      call file%save('time', state%time)
-      call file%save('step', state%step)
-      call file%save('displacement', state%u)
-      call file%save('velocity', state%v)
-      call file%save('mass', state%mass)
-      associate (e => state%energy)
-         call file%save('energy', [e%kinetic, e%strain, e%contact, e%friction, e%damping, e%fracture, e%external, e%initial])
-      end associate
-   end subroutine save_motion
-
-   subroutine load_motion(file, state, place, errors)
-      type(checkpoint_t), intent(inout) :: file
-      type(state_t), intent(inout) :: state
-      type(place_t), intent(out) :: place
-      type(error_list_t), intent(inout) :: errors
-      real(wp), allocatable :: energy(:)
-
-      call file%load('stage', place%stage, errors)
-      call file%load('cycle', place%cycle, errors)
-      call file%load('time', state%time, errors)
-      call file%load('step', state%step, errors)
-      call file%load('displacement', state%u, errors)
-      call file%load('velocity', state%v, errors)
-      call file%load('mass', state%mass, errors)
-      allocate (energy(8))
-      call file%load('energy', energy, errors)
-      if (errors%any()) return
-      associate (e => state%energy)
-         e%kinetic = energy(1); e%strain = energy(2); e%contact = energy(3); e%friction = energy(4)
-         e%damping = energy(5); e%fracture = energy(6); e%external = energy(7); e%initial = energy(8)
-      end associate
-   end subroutine load_motion
-
-   ! ---- Joints ------------------------------------------------------------------------------------------------------
-
-   !> Joint elements: those of the fractures and those of cracks.
-   subroutine save_joints(file, state)
-      type(checkpoint_t), intent(inout) :: file
-      type(state_t), intent(in) :: state
-      real(wp) :: table(joint_value_count, size(state%joint))
-      integer :: j
-
-      do j = 1, size(state%joint)
-         table(:, j) = joint_values(state%joint(j))
-      end do
-      call file%save('joints', table)
-      call file%save('opening', state%opening)
-      call file%save('aperture', state%aperture)
-   end subroutine save_joints
-
-   subroutine load_joints(file, state, errors)
-      type(checkpoint_t), intent(inout) :: file
-      type(state_t), intent(inout) :: state
-      type(error_list_t), intent(inout) :: errors
-      real(wp), allocatable :: table(:, :)
-      integer :: j
-
-      allocate (table(joint_value_count, size(state%joint)))
-      call file%load('joints', table, errors)
-      call file%load('opening', state%opening, errors)
-      call file%load('aperture', state%aperture, errors)
-      if (errors%any()) return
-      do j = 1, size(state%joint)
-         state%joint(j) = joint_from_values(table(:, j))
-      end do
-   end subroutine load_joints
-
-   ! ---- Contact -----------------------------------------------------------------------------------------------------
-
-   !> What walls and surfaces remember of the contact.
-   subroutine save_contact(file, scene, state)
-      type(checkpoint_t), intent(inout) :: file
-      type(scene_t), intent(in) :: scene
-      type(state_t), intent(in) :: state
-
-      call file%save('facing', state%walls%facing)
-      call file%save('reached', state%walls%reached)
-      call file%save('contact_stiffness', state%tractions%contact_stiffness)
-      call file%save('corners', state%corners%held)
-      call file%save('corners_passed', state%corners%passed)
-      if (scene%has_contact) call file%save('contact', state%contact%values())
-   end subroutine save_contact
-
-   subroutine load_contact(file, path, scene, state, errors)
-      type(checkpoint_t), intent(inout) :: file
-      character(len=*), intent(in) :: path
-      type(scene_t), intent(inout) :: scene
-      type(state_t), intent(inout) :: state
-      type(error_list_t), intent(inout) :: errors
-      integer, allocatable :: facing(:)
-      real(wp), allocatable :: contact(:), reached(:)
-
-      allocate (facing(2*count(walls_touching(scene%joints%wall_handled, scene%joints%bonded))))
-      call file%load('facing', facing, errors)
-      allocate (reached(size(facing)))
-      call file%load('reached', reached, errors)
-      call file%load('contact_stiffness', state%tractions%contact_stiffness, errors)
-      if (errors%any()) return
-      call restore_walls(scene, facing, reached, state)
-      call file%load('corners', state%corners%held, errors)
-      call file%load('corners_passed', state%corners%passed, errors)
-      if (errors%any()) return
-      if (.not. scene%has_contact) return
-      call file%load('contact', contact, errors)
-      if (errors%any()) return
-      if (.not. scene%contact%restore_state(scene%exposed, contact, state%contact)) &
-         call errors%add(path//': the contact of the checkpoint does not fit this mesh')
-   end subroutine load_contact
 
 end module run_checkpoint_m

@@ -21,7 +21,8 @@ module implicit_m
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left
    use corners_m, only: decide_corners, press_further, any_passed, most_pressed
-   use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, equilibrate, evaluate, free_norm
+   use sparse_system_m, only: kept_matrix_t, matrix_of
+   use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, free_norm
    implicit none
    private
 
@@ -30,18 +31,16 @@ module implicit_m
    !> What the solver remembers from one cycle to the next
    type, extends(newton_t), public :: implicit_solver_t
       private
+      !> Matrix of the checkpoint that the run goes on from
+      type(kept_matrix_t), allocatable, public :: kept
       !> Stage the system was laid out for (0: none)
       integer :: stage = 0
       !> Has contact of other surfaces been warned of?
       logical :: warned = .false.
-      !> Part of a cycle's increment to try next
-      real(wp) :: part = 1.0_wp
-      !> Displacement of the last increment (2, nodes) [m], and what part of a cycle it was (0: none to go by)
-      real(wp), allocatable :: move(:, :)
-      real(wp) :: move_part = 0.0_wp
       !> Steps of pseudo-time so far
       integer(i8) :: pseudo_steps = 0_i8
    contains
+      procedure :: matrix => matrix_in_use
       procedure :: close => close_solver
    end type implicit_solver_t
 
@@ -93,30 +92,30 @@ contains
       if (errors%any()) return
       done = 0.0_wp
       do while (done < 1.0_wp)
-         part = min(self%part, 1.0_wp - done)
+         part = min(state%guess%part, 1.0_wp - done)
          duration = part*scene%deck%stage(stage)%move_time
          level = (real(cycle - 1, wp) + min(1.0_wp, done + part))/real(scene%deck%stage(stage)%cycles, wp)
          call start_increment_at(scene, level, duration, state, increment)
-         call first_guess(self, scene, part, duration, increment, state)
+         call first_guess(scene, part, duration, increment, state)
          call equilibrate(self, scene, increment, scene%rest_tolerance(), state, iterations, found)
          if (found) then
             call hold_corners(self, scene, increment, state, iterations)
             call account_increment(scene, increment%start, state)
-            self%move = state%u - increment%start%u
-            self%move_part = part
-            if (iterations <= easy) self%part = min(1.0_wp, 2.0_wp*self%part)
+            state%guess%move = state%u - increment%start%u
+            state%guess%move_part = part
+            if (iterations <= easy) state%guess%part = min(1.0_wp, 2.0_wp*state%guess%part)
          else
             call give_up_increment(self, increment, state)
-            self%part = 0.5_wp*self%part
+            state%guess%part = 0.5_wp*state%guess%part
             if (allocated(self%failure)) then
                call report_linear_failure(self, scene, stage, cycle, level, state, report, errors)
                return
             end if
-            if (self%part >= 0.5_wp**scene%deck%implicit%largest_cut) cycle
+            if (state%guess%part >= 0.5_wp**scene%deck%implicit%largest_cut) cycle
             call follow(self, scene, level, duration, state, ending)
             found = ending == end_rest
-            self%move_part = 0.0_wp
-            self%part = 0.5_wp**scene%deck%implicit%largest_cut
+            state%guess%move_part = 0.0_wp
+            state%guess%part = 0.5_wp**scene%deck%implicit%largest_cut
          end if
          if (found .and. scene%can_break) then
             call let_crack(self, scene, level, state, ending)
@@ -220,7 +219,6 @@ contains
       changed = .false.
       if (scene%can_break) call crack_at_rest(scene, state, changed, parent)
       if (.not. changed) return
-      if (allocated(parent)) self%move = self%move(:, parent)
       call start_increment_at(scene, level, 0.0_wp, state, increment)
       call evaluate(scene, increment, state)
       call lay_out(self, scene, state)
@@ -324,9 +322,16 @@ contains
       call check_support(self, scene, stage, log, errors)
       if (errors%any()) return
       self%stage = stage
-      self%part = 1.0_wp
-      self%move_part = 0.0_wp
-      self%move = 0.0_wp*state%u
+      ! In the middle of a stage a run goes on from its checkpoint
+      if (cycle > 1 .and. state%guess%known .and. allocated(self%kept)) then
+         call lay_out_as_kept(self, scene, self%kept)
+         deallocate (self%kept)
+         return
+      end if
+      state%guess%known = .true.
+      state%guess%part = 1.0_wp
+      state%guess%move_part = 0.0_wp
+      state%guess%move = 0.0_wp*state%u
       state%v = 0.0_wp
       ! The forces of the start are needed for the energy account
       call start_increment_at(scene, real(cycle - 1, wp)/real(scene%deck%stage(stage)%cycles, wp), 0.0_wp, state, increment)
@@ -363,8 +368,7 @@ contains
 
    !> First guess of an increment: prescribed displacements in full, the others as in the last increment or, where that
    !> is far off and worse, as they are.
-   subroutine first_guess(self, scene, part, duration, increment, state)
-      type(implicit_solver_t), intent(in) :: self
+   subroutine first_guess(scene, part, duration, increment, state)
       type(scene_t), intent(in) :: scene
       !> Part of the cycle, and the time that prescribed velocities act [s]
       real(wp), intent(in) :: part, duration
@@ -373,16 +377,16 @@ contains
       real(wp) :: unbalanced
 
       where (scene%loads%fixed) state%u = state%u + duration*scene%loads%velocity
-      if (self%move_part > 0.0_wp) then
-         where (.not. scene%loads%fixed) state%u = state%u + part/self%move_part*self%move
+      if (state%guess%move_part > 0.0_wp) then
+         where (.not. scene%loads%fixed) state%u = state%u + part/state%guess%move_part*state%guess%move
       end if
       call evaluate(scene, increment, state)
       unbalanced = free_norm(scene, state)
-      if (self%move_part <= 0.0_wp .or. unbalanced_ratio(scene%loads, state) <= near) return
+      if (state%guess%move_part <= 0.0_wp .or. unbalanced_ratio(scene%loads, state) <= near) return
       where (.not. scene%loads%fixed) state%u = increment%start%u
       call evaluate(scene, increment, state)
       if (free_norm(scene, state) <= unbalanced) return
-      where (.not. scene%loads%fixed) state%u = state%u + part/self%move_part*self%move
+      where (.not. scene%loads%fixed) state%u = state%u + part/state%guess%move_part*state%guess%move
       call evaluate(scene, increment, state)
    end subroutine first_guess
 
@@ -538,6 +542,14 @@ contains
       end function mean_slip
 
    end function moving_edges
+
+   !> What a checkpoint keeps of the matrix; nothing for other solvers.
+   pure function matrix_in_use(self) result(matrix)
+      class(implicit_solver_t), intent(in) :: self
+      type(kept_matrix_t) :: matrix
+
+      matrix = matrix_of(self%system, self%factored)
+   end function matrix_in_use
 
    !> Say what it took and give back the memory of the matrix.
    subroutine close_solver(self, log)

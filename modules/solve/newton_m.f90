@@ -16,7 +16,7 @@ module newton_m
    use forces_m, only: net_force
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use motion_m, only: unbalanced_ratio
-   use sparse_system_m, only: sparse_system_t, build_system, add_block, gather, scatter
+   use sparse_system_m, only: sparse_system_t, kept_matrix_t, restore_system, build_system, add_block, gather, scatter
    use elimination_m, only: dissection, large
    use mumps_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
@@ -24,7 +24,7 @@ module newton_m
    implicit none
    private
 
-   public :: start_increment_at, lay_out, equilibrate, evaluate, free_norm
+   public :: start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, free_norm
 
    !> What Newton's method remembers from one increment to the next
    type, public :: newton_t
@@ -90,12 +90,40 @@ contains
       class(newton_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(state_t), intent(inout) :: state
-      integer, allocatable :: place(:)
-      integer :: status
 
       call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
       call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene, state), scene%joints, scene%walls, &
                         state%walls, scene%corners, self%system)
+      call plan_factors(self, scene)
+      self%patterns = self%patterns + 1_i8
+      call self%past%forget(self%system%unknowns)
+   end subroutine lay_out
+
+   !> Go on with the matrix of a checkpoint: as if there had been none, to the last bit.
+   subroutine lay_out_as_kept(self, scene, matrix)
+      class(newton_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(kept_matrix_t), intent(in) :: matrix
+      integer :: status
+
+      call restore_system(scene%loads%fixed, scene%split%triangle, matrix, self%system)
+      call plan_factors(self, scene)
+      call self%past%forget(self%system%unknowns)
+      if (size(matrix%value) == 0 .or. allocated(self%failure)) return
+      self%diagonal = diagonal_of(self%system)
+      if (self%weak_springs) self%diagonal = self%diagonal/(1.0_wp + weak)
+      call self%lu%factor(self%system%value, status)
+      self%factored = status == linear_ok
+      self%factorisations = self%factorisations + 1_i8
+   end subroutine lay_out_as_kept
+
+   !> Order the unknowns of the system and plan its factors.
+   subroutine plan_factors(self, scene)
+      class(newton_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer, allocatable :: place(:)
+      integer :: status
+
       self%lu%max_memory = scene%deck%implicit%max_memory
       allocate (place(0))
       if (self%system%unknowns >= large) place = dissection(self%system)
@@ -108,9 +136,7 @@ contains
       ! Where everything is prescribed there is nothing to solve for
       if (status == linear_failed .and. self%system%unknowns > 0) self%failure = self%lu%message()
       self%factored = .false.
-      self%patterns = self%patterns + 1_i8
-      call self%past%forget(self%system%unknowns)
-   end subroutine lay_out
+   end subroutine plan_factors
 
    !> Nodes of the bonds that have a part in the matrix: those that hold or press, and can open (4, bonds).
    pure function bonds_in_matrix(scene, state) result(node)

@@ -22,7 +22,7 @@ module recut_m
    implicit none
    private
 
-   public :: recut, renew_contact, renew_loads, restore_walls, rock_law
+   public :: recut, renew_contact, renew_loads, restore_contact, rock_law
 
 contains
 
@@ -62,6 +62,7 @@ contains
       state%v = state%v(:, parent)
       state%solid = state%solid(:, parent)
       state%load = state%load(:, parent)
+      state%guess%move = state%guess%move(:, parent)
       state%normal = 0.0_wp*state%normal(:, parent)
       state%friction = 0.0_wp*state%friction(:, parent)
       if (size(state%damping, 2) > 0) state%damping = 0.0_wp*state%damping(:, parent)
@@ -222,20 +223,14 @@ contains
       end if
    end subroutine renew_contact
 
-   !> Wall contact of a run that goes on from a checkpoint, and general contact that does not remember anything yet.
-   subroutine restore_walls(scene, facing, reached, state)
+   !> Walls and general contact of a run that goes on from a checkpoint, once its bonds are known; they remember nothing yet.
+   subroutine restore_contact(scene, state)
       type(scene_t), intent(inout) :: scene
-      !> Surface edge that each wall edge faced last (walls)
-      integer, intent(in) :: facing(:)
-      !> Overlap that it had over its length (walls)
-      real(wp), intent(in) :: reached(:)
       type(state_t), intent(inout) :: state
 
       call build_walls(scene)
       call build_contact(scene)
       call start_contact(scene, state)
-      state%walls%facing = facing
-      state%walls%reached = reached
-   end subroutine restore_walls
+   end subroutine restore_contact
 
 end module recut_m

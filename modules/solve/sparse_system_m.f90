@@ -11,7 +11,7 @@ module sparse_system_m
    implicit none
    private
 
-   public :: build_system, add_block, gather, scatter
+   public :: build_system, matrix_of, restore_system, add_block, gather, scatter
 
    !> Edges a wall may slide past in either direction before the pattern is built again
    integer, parameter :: reach = 1
@@ -27,7 +27,67 @@ module sparse_system_m
       integer, allocatable :: triangle_entry(:, :)
    end type sparse_system_t
 
+   !> What a checkpoint keeps of a system: its pattern, laid out at some state before, and the matrix that is in use
+   type, public :: kept_matrix_t
+      !> Compressed rows, as in sparse_system_t; of size zero when there is no system
+      integer, allocatable :: first(:), column(:)
+      !> Of size zero when the matrix is to be made anew (entries) [N/m per m of thickness]
+      real(wp), allocatable :: value(:)
+   end type kept_matrix_t
+
 contains
+
+   !> What to keep of a system.
+   pure function matrix_of(system, in_use) result(matrix)
+      type(sparse_system_t), intent(in) :: system
+      !> Is there a matrix that iterations go on with?
+      logical, intent(in) :: in_use
+      type(kept_matrix_t) :: matrix
+
+      allocate (matrix%first(0), matrix%column(0), matrix%value(0))
+      if (.not. allocated(system%first)) return
+      matrix%first = system%first
+      matrix%column = system%column
+      if (in_use) matrix%value = system%value
+   end function matrix_of
+
+   !> The system that was kept.
+   pure subroutine restore_system(fixed, triangle, matrix, system)
+      !> Prescribed components (2, nodes), corner nodes (3, triangles)
+      logical, intent(in) :: fixed(:, :)
+      integer, intent(in) :: triangle(:, :)
+      type(kept_matrix_t), intent(in) :: matrix
+      type(sparse_system_t), intent(out) :: system
+      integer :: i
+
+      call number_unknowns(fixed, system)
+      system%first = matrix%first
+      system%column = matrix%column
+      allocate (system%row(size(system%column)))
+      do i = 1, system%unknowns
+         system%row(system%first(i):system%first(i + 1) - 1) = i
+      end do
+      allocate (system%value(size(system%column)), source=0.0_wp)
+      if (size(matrix%value) > 0) system%value = matrix%value
+      call place_triangles(triangle, system)
+   end subroutine restore_system
+
+   !> Every displacement component that is not prescribed is an unknown, node after node.
+   pure subroutine number_unknowns(fixed, system)
+      !> (2, nodes)
+      logical, intent(in) :: fixed(:, :)
+      type(sparse_system_t), intent(inout) :: system
+      integer :: n, i
+
+      allocate (system%number(2, size(fixed, 2)), source=0)
+      do n = 1, size(fixed, 2)
+         do i = 1, 2
+            if (fixed(i, n)) cycle
+            system%unknowns = system%unknowns + 1
+            system%number(i, n) = system%unknowns
+         end do
+      end do
+   end subroutine number_unknowns
 
    !> Number the unknowns and lay out the pattern.
    subroutine build_system(fixed, triangle, bond, joints, walls, met, corners, system)
@@ -42,16 +102,8 @@ contains
       type(corners_t), intent(in) :: corners
       type(sparse_system_t), intent(out) :: system
       integer, allocatable :: group_first(:), group_node(:), first(:), neighbour(:)
-      integer :: n, i
 
-      allocate (system%number(2, size(fixed, 2)), source=0)
-      do n = 1, size(fixed, 2)
-         do i = 1, 2
-            if (fixed(i, n)) cycle
-            system%unknowns = system%unknowns + 1
-            system%number(i, n) = system%unknowns
-         end do
-      end do
+      call number_unknowns(fixed, system)
       call list_groups(triangle, bond, joints, walls, met, corners, group_first, group_node)
       call node_neighbours(size(fixed, 2), group_first, group_node, first, neighbour)
       call expand(first, neighbour, system)

@@ -29,6 +29,17 @@ module state_m
       procedure :: residual
    end type energy_t
 
+   !> What the implicit solver goes on from, as long as the stage lasts
+   type, public :: guess_t
+      !> Was the state found by it, in this stage?
+      logical :: known = .false.
+      !> Part of a cycle's increment to try next
+      real(wp) :: part = 1.0_wp
+      !> Displacement of the last increment (2, nodes) [m], and what part of a cycle it was (0: none to go by)
+      real(wp), allocatable :: move(:, :)
+      real(wp) :: move_part = 0.0_wp
+   end type guess_t
+
    !> State of the run
    type, public :: state_t
       !> Time [s] and number of steps
@@ -59,6 +70,7 @@ module state_m
       real(wp), allocatable :: damping(:, :)
       !> Level that the nodal loads were found for last (unset: not yet)
       real(wp) :: load_level = unset
+      type(guess_t) :: guess
       type(energy_t) :: energy
    end type state_t
 
@@ -81,6 +93,7 @@ contains
       state%mass = mass
       allocate (state%u(2, n), state%v(2, n), state%solid(2, n), state%normal(2, n), state%friction(2, n), &
                 state%load(2, n), state%damping(2, merge(n, 0, damped)), source=0.0_wp)
+      allocate (state%guess%move(2, n), source=0.0_wp)
       allocate (state%joint(joints))
       call init_tractions(joints, state%tractions)
       allocate (state%opening(joints), state%aperture(joints), source=0.0_wp)
