@@ -832,6 +832,7 @@ contains
       if (edge%hysteretic) then
          state%vn = path_closure(edge%curves, state%memory, sn)
          call follow_path(edge%curves, sn, state%memory)
+         state%set = path_closure(edge%curves, state%memory, 0.0_wp)
       end if
       state%v = state%vn - state%dilation                                                           ! (23a)
    end subroutine jcm_update

@@ -8,7 +8,7 @@ module joint_point_m
    public :: joint_values, joint_from_values
 
    !> Numbers that a law may keep for itself; numbers that make up a joint's state
-   integer, parameter, public :: memory_size = 5, joint_value_count = 19 + memory_size
+   integer, parameter, public :: memory_size = 5, joint_value_count = 20 + memory_size
 
    !> What one joint element remembers between steps
    type, public :: joint_point_t
@@ -20,6 +20,8 @@ module joint_point_m
       real(wp) :: tau = 0.0_wp, sn = 0.0_wp
       !> Closure by normal stress; dilation by shear; their sum v = vn - dilation, the closure of eq 23a [mm]
       real(wp) :: vn = 0.0_wp, dilation = 0.0_wp, v = 0.0_wp
+      !> The part of vn that stays without stress: it has set, and is no opening [mm]
+      real(wp) :: set = 0.0_wp
       !> Mobilised friction coefficient, eq 33 [-]
       real(wp) :: mu_mob = 0.0_wp
       !> d dilation/du, with the sign of u: moving back along |u| contracts what moving out dilated [-]
@@ -74,7 +76,7 @@ contains
 
       value = [point%u, point%u_max, point%ratio, point%tau, point%sn, point%vn, point%dilation, point%v, &
                point%mu_mob, point%dilation_slope, point%knn, point%ktt, point%dilation_max, point%path_peak, &
-               point%path_angle, point%step_u, point%step_ratio, point%last_change, point%memory, &
+               point%path_angle, point%step_u, point%step_ratio, point%last_change, point%set, point%memory, &
                merge(1.0_wp, 0.0_wp, point%sliding)]
    end function joint_values
 
@@ -86,7 +88,8 @@ contains
       point = joint_point_t(u=value(1), u_max=value(2), ratio=value(3), tau=value(4), sn=value(5), vn=value(6), &
                             dilation=value(7), v=value(8), mu_mob=value(9), dilation_slope=value(10), knn=value(11), &
                             ktt=value(12), dilation_max=value(13), path_peak=value(14), path_angle=value(15), &
-                            step_u=value(16), step_ratio=value(17), last_change=value(18), memory=value(19:18 + memory_size), &
+                            step_u=value(16), step_ratio=value(17), last_change=value(18), &
+                            set=value(19), memory=value(20:19 + memory_size), &
                             sliding=value(joint_value_count) > 0.5_wp)
    end function joint_from_values
 

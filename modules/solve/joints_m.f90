@@ -44,7 +44,7 @@ module joints_m
       !> Pressure and shear stress at the walls' integration points [Pa]; mean contact pressure of each joint on what is covered
       !> of its walls [MPa], and what is covered over their length now [-] (joints)
       real(wp), allocatable :: pressure(:), shear(:), contact_stress(:), covered(:)
-      !> d pressure/d overlap at the walls' integration points [MPa/mm]
+      !> d pressure/d overlap at those of the walls' integration points that press [MPa/mm]
       real(wp), allocatable :: by_closure(:)
       !> Normal stiffness of each joint where it is stiffest, weighed by what it covers there (joints) [MPa/mm]
       real(wp), allocatable :: contact_stiffness(:)
@@ -211,9 +211,10 @@ contains
          stress = closure_stress(joints, point, softer, overlap)
          tractions%pressure(k) = stress*megapascal
          force = force + stress*met%weight(k)
+         if (stress <= 0.0_wp) cycle
          stiffness = pressure_stiffness(joints%law(softer)%raw, joints%penalty(softer), point(softer), stress)
          tractions%by_closure(k) = stiffness
-         if (stress <= 0.0_wp .or. joints%penalty(softer) > 0.0_wp) cycle
+         if (joints%penalty(softer) > 0.0_wp) cycle
          stiffest = max(stiffest, stiffness)
          weighed = weighed + stiffness*met%weight(k)
       end do
@@ -320,7 +321,7 @@ contains
       type(joint_frame_t), intent(in) :: frame
       type(joint_point_t), intent(inout) :: point
       real(wp), intent(inout) :: opening, open_aperture
-      real(wp) :: stress, set
+      real(wp) :: stress
 
       opening = frame%opening/millimetre
       stress = tractions%contact_stress(j)
@@ -336,9 +337,9 @@ contains
          else
             ! Walls that part keep the dilation until they slide back. Where it pushes them it is a part of the opening.
             ! What closure has set is none
-            set = law%closure(point, 0.0_wp)
-            open_aperture = aperture(law%initial_aperture() + point%dilation - set, &
-                                     opening - merge(point%dilation, 0.0_wp, joints%coupled(j)) + set, point%vn - set)
+            open_aperture = aperture(law%initial_aperture() + point%dilation - point%set, &
+                                     opening - merge(point%dilation, 0.0_wp, joints%coupled(j)) + point%set, &
+                                     point%vn - point%set)
          end if
       end associate
    end subroutine update

@@ -12,6 +12,7 @@ module wall_tangent_m
    use joint_point_m, only: joint_point_t, joint_tangent_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joints_m, only: joints_t, tractions_t, wall_overlap
+   use riding_m, only: pressure_stiffness
    implicit none
    private
 
@@ -106,7 +107,7 @@ contains
       end if
       stress = 0.0_wp
       do k = first, last
-         pressure(:, k) = normal_stiffness_at(joints, met, tractions, j, k)*(pressure(:, k) + dilation)
+         pressure(:, k) = normal_stiffness_at(joints, met, tractions, point, j, k)*(pressure(:, k) + dilation)
          stress = stress + met%weight(k)/covered*pressure(:, k) + tractions%pressure(k)*weight(:, k)
       end do
       do k = first, last
@@ -374,14 +375,20 @@ contains
    end function slip_gradient
 
    !> d pressure/d overlap at an integration point [Pa/m].
-   pure real(wp) function normal_stiffness_at(joints, met, tractions, j, k) result(stiffness)
+   pure real(wp) function normal_stiffness_at(joints, met, tractions, point, j, k) result(stiffness)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
       type(tractions_t), intent(in) :: tractions
+      !> State of the joint
+      type(joint_point_t), intent(in) :: point
       !> Joint and integration point
       integer, intent(in) :: j, k
 
-      stiffness = tractions%by_closure(k)
+      if (tractions%pressure(k) > 0.0_wp) then
+         stiffness = tractions%by_closure(k)
+      else
+         stiffness = pressure_stiffness(joints%law(j)%raw, joints%penalty(j), point, 0.0_wp)
+      end if
       if (is_open(joints, met, tractions, j, k)) stiffness = share_when_open(joints, j)*stiffness
       stiffness = stiffness*megapascal_per_millimetre
    end function normal_stiffness_at
