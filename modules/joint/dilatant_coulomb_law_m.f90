@@ -3,6 +3,7 @@
 !>
 !>     tau <= c + sn tan(phi),   d dilation = tan(psi) d|p|,   p the slip less its elastic part, tau/ks
 module dilatant_coulomb_law_m
+   use bounds_m, only: least_aperture, most_aperture
    use kinds_m, only: wp
    use constants_m, only: radians, megapascal
    use joint_law_m, only: joint_law_t, law_result_t
@@ -47,7 +48,8 @@ contains
 
       variables = [coulomb_variables(), &
                    a_real('dilation_angle', default=0.0_wp, least=0.0_wp, below=right_angle), &
-                   a_real('a0_mm', above=0.0_wp, instead='from jrc0, jcs0_mpa and sigma_c_mpa by eq 10')]
+                   a_real('a0_mm', least=least_aperture, most=most_aperture, &
+                          instead='from jrc0, jcs0_mpa and sigma_c_mpa by eq 10')]
    end function variables
 
    !> It has what it needs; asperities steeper than friction would push themselves apart.

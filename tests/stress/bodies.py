@@ -10,7 +10,7 @@ from pathlib import Path
 
 TOP = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(TOP / "postproc"))
-from femdem_results import Results  # noqa: E402
+from femdem.results import Results  # noqa: E402
 
 LINE, TRIANGLE = 1, 2
 
