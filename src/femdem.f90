@@ -3,6 +3,7 @@ program femdem
    use, intrinsic :: iso_fortran_env, only: error_unit
    use errors_m, only: error_list_t, status_ok, status_failed, status_bad_input, status_stopped
    use exit_m, only: exit_with
+   use kinds_m, only: i8
    use files_m, only: make_directory
    use interrupt_m, only: catch_signals, stop_wanted, write_beyond_limits
    use lock_m, only: lock_t
@@ -29,7 +30,7 @@ program femdem
    use relaxation_m, only: relaxation_cycle
    use results_m, only: results_t, results_directory, check_directory
    use run_checkpoint_m, only: place_t, load_run
-   use watchdog_m, only: watchdog_t
+   use watchdog_m, only: watchdog_t, patience
    use story_m, only: say_start, say_stage, say_end, say_stopped, command_text
    implicit none
    type(command_t) :: command
@@ -111,7 +112,8 @@ program femdem
    ! The run: stages, each of equal load increments
    call progress%start()
    if (command%restart == '') call start_account(scene, state)
-   call watchdog%start(state%energy, sum(scene%solid%area*maxval(deck%material%young)))
+   call watchdog%start(state%energy, sum(scene%solid%area*maxval(deck%material%young)), state%step, &
+                       merge(patience, 0_i8, scene%solver == solver_explicit))
    do stage = 1, size(deck%stage)
       call begin_stage(scene, stage, state)
       if (stage < done%stage .or. (stage == done%stage .and. done%cycle >= deck%stage(stage)%cycles)) cycle
@@ -129,7 +131,7 @@ program femdem
             call relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
          end select
          if (.not. (errors%any() .or. report%interrupted)) &
-            call watchdog%look(state%energy, state%time, deck%stage(stage)%name, cycle, log, errors)
+            call watchdog%look(state%energy, state%step, state%time, deck%stage(stage)%name, cycle, log, errors)
          place = place_t(stage, cycle)
          if (errors%any() .or. report%interrupted) call results%record_last_cycle(errors)
          if (allocated(report%moved)) call results%record_failure(scene, state, place, report%unbalanced, report%moved, errors)
@@ -150,7 +152,8 @@ program femdem
    call solver%close(log)
    call results%close()
    call say_end(directory, scene, state, progress, log)
-   call watchdog%say_end(log)
+   call watchdog%say_end(log, errors)
+   if (errors%any()) call stop_with(status_failed)
    call log%close()
    call lock%release()
 

@@ -98,6 +98,10 @@ JOINTS = (
     " a0_mm = 0.2, sigma_c_mpa = 100, max_angle = 60 /\n",
     "&joint group = 'fracture', law = 'coulomb', friction_angle = 30, kn_mpa_mm = 10, ks_mpa_mm = 5 /\n",
     "&joint group = 'fracture', law = 'coulomb', friction_angle = 20, cohesion = 1e5, normal = 'penalty' /\n",
+    "&joint group = 'fracture', law = 'dilatant_coulomb', coupling = 'coupled', friction_angle = 30, dilation_angle = 5,"
+    " kn_mpa_mm = 10, ks_mpa_mm = 5, a0_mm = 0.1 /\n",
+    "&joint group = 'fracture', law = 'jcm', jrc0 = 12, jcs0_mpa = 60, l0 = 0.1, phi_r = 27,"
+    " closure_cycle = 'hysteresis', reversal = 'barton' /\n",
 )
 FRACTURE = (
     "",
@@ -138,6 +142,7 @@ NUMBER_TEXT = (
 )
 WORD_TEXT = (
     "'explicit' 'implicit' 'relaxation' 'auto' 'jcm' 'jcm_mean' 'coulomb' 'paper' 'coupled' 'slider' 'velocity' 'joint' "
+    "'dilatant_coulomb' 'barton' 'hysteresis' '1' '3' "
     "'penalty' 'wall' 'potential' 'contact' 'walls' 'continuous' 'eq31' 'eq14' 'eq15' 'eq16' 'table' 'l0' 'extrapolate' "
     "'none' 'regions' 'adaptive' 'everywhere' 'smooth' 'constant' 'viscous' 'local' 'step' 'kept' 'new' 'refuse' 'hold' "
     "'rock' 'cap' 'fracture' 'top' 'bottom' 'side' 'all' 'load' 'shear' '' 'x' .true. .false."
@@ -153,6 +158,7 @@ EXTRA = {
     "material": "penalty_factor = 1;penalty_factor = 200",
     "joint": "contact = 'potential', normal = 'penalty';normal = 'penalty';normal = 'penalty', penalty = 1e10;"
     "friction = 'velocity';normal_stress = 'walls';aperture = 'eq31';peak = 'eq14';post_peak = 'eq16';"
+    "closure_cycle = '1';reversal = 'barton';dilation_angle = 20;"
     "short_edges = 'l0';a0_mm = 0.1;max_angle = 5;cohesion = 1e5;kn_mpa_mm = 1;ks_mpa_mm = 100",
     "fracture": "insertion_level = 0.1;check_every = 1;penalty_factor = 2;crack_friction_angle = 0;insertion = 'regions'",
     "contact": "friction = 'velocity';corner_factor = 0;tangential_factor = 3;active = .false.;skin_factor = 1",

@@ -3,6 +3,7 @@
 !>
 !>     tau <= c + sn tan(phi),   d dilation = tan(psi) d|p|,   p the slip less its elastic part, tau/ks
 module dilatant_coulomb_law_m
+   use bounds_m, only: least_aperture, most_aperture
    use kinds_m, only: wp
    use bounds_m, only: least_aperture, most_aperture
    use constants_m, only: radians, megapascal

@@ -66,7 +66,7 @@ contains
    end subroutine init
 
    !> Go on with the files of an interrupted run: snapshots later than the restart time are dropped, and the meshes that came
-   !> with them. The mesh in use is that of the last snapshot kept, or the given one when there is none. A file that cannot be read
+   !> with them. The mesh in use is that of the last snapshot kept, or the first one when there is none. A file that cannot be read
    !> is set aside, and a new one started.
    subroutine resume(self, directory, mesh, block_edge, constant, provenance, time, notes, errors)
       class(fields_t), intent(inout) :: self
@@ -126,6 +126,11 @@ contains
          end associate
          call self%constant%clear()
          call read_fields(file, self%mesh_group, self%constant)
+      else if (self%meshes > 0) then
+         self%mesh_group = '/'//mesh_prefix
+         self%entities = mesh_entities(file, self%mesh_group)
+         call self%constant%clear()
+         call read_fields(file, self%mesh_group, self%constant)
       end if
       if (file%failed()) then
          call file%close(damage)
@@ -141,15 +146,29 @@ contains
 
    contains
 
-      !> Is a mesh not later than that of the last snapshot? (Names are in the order of time.)
+      !> Is a mesh not later than that of the last snapshot, or the first of all? (Names are in the order of time.)
       pure logical function is_needed(mesh_group)
          character(len=*), intent(in) :: mesh_group
 
-         is_needed = .false.
+         is_needed = mesh_group == '/'//mesh_prefix
          if (self%snapshots > 0) is_needed = lle(mesh_group, kept(self%snapshots)%mesh)
       end function is_needed
 
    end subroutine resume
+
+   !> Nodes, triangles and joints of a mesh in the file.
+   function mesh_entities(file, mesh_group) result(entities)
+      type(h5_file_t), intent(inout) :: file
+      character(len=*), intent(in) :: mesh_group
+      integer :: entities(3)
+      real(wp), allocatable :: place(:, :)
+      integer, allocatable :: corner(:, :), wall(:, :)
+
+      call file%read(mesh_group//'/coordinates', place)
+      call file%read(mesh_group//'/triangles', corner)
+      call file%read(mesh_group//'/joints', wall)
+      entities = [size(place, 2), size(corner, 2), size(wall, 2)]
+   end function mesh_entities
 
    !> Give a file that cannot be read another name.
    subroutine set_aside(self, damage, notes, errors)

@@ -1,7 +1,7 @@
 !> The energy account as a watchdog: what it cannot explain tells that a result is not to be trusted, whatever it looks like. (What
 !> was put in equals what is stored and what was spent, see state_m.)
 module watchdog_m
-   use kinds_m, only: wp
+   use kinds_m, only: wp, i8
    use errors_m, only: error_list_t
    use log_m, only: log_t
    use text_m, only: to_text, quoted
@@ -10,9 +10,17 @@ module watchdog_m
    private
 
    !> Parts of the work put in: beyond the first the residual is warned of, beyond the second the run has failed
-   real(wp), parameter, public :: noticeable = 0.05_wp, absurd = 0.5_wp
+   integer, parameter :: noticeable = 1, absurd = 2
+   real(wp), parameter, public :: limit(*) = [0.05_wp, 0.5_wp]
+   !> Explicit steps that it must have been so for: in the first steps of a motion the work is that of a step or two, and as much
+   !> may be missing
+   integer(i8), parameter, public :: patience = 200_i8
    !> Terms of the account, in the order of term_values
    character(len=*), parameter :: term(*) = [character(len=8) :: 'kinetic', 'strain', 'contact', 'friction', 'damping', 'fracture']
+
+   !> What to do about it
+   character(len=*), parameter :: advice = '; do not trust the result before smaller steps (&explicit safety, step) or more '// &
+                                  'cycles have given the same'
 
    !> What it remembers
    type, public :: watchdog_t
@@ -23,9 +31,12 @@ module watchdog_m
       type(energy_t) :: before
       !> How much of the residual came about while each term changed most (terms)
       real(wp) :: lost(size(term)) = 0.0_wp
-      !> Largest part of the work that was missing, and where
+      !> Steps that a residual must last for, and step at which each limit was kept last (limits)
+      integer(i8) :: patience = 0_i8, kept_at(size(limit)) = 0_i8
+      !> Largest residual [J per m of thickness] and where it was; has it been warned of?
       real(wp) :: worst = 0.0_wp
       character(len=:), allocatable :: place
+      logical :: warned = .false.
    contains
       procedure :: start
       procedure :: look
@@ -35,25 +46,31 @@ module watchdog_m
 contains
 
    !> Start to watch.
-   subroutine start(self, energy, stiffness)
+   subroutine start(self, energy, stiffness, step, steps)
       class(watchdog_t), intent(inout) :: self
       !> The account now
       type(energy_t), intent(in) :: energy
       !> Young's modulus of the rock times its area [N]
       real(wp), intent(in) :: stiffness
+      !> Number of the step now; steps that a residual must last for (0 for the solvers that know rest alone)
+      integer(i8), intent(in) :: step, steps
       !> Strain whose energy is a rounding error
       real(wp), parameter :: no_strain = 1.0e-12_wp
 
       self%before = energy
       self%nothing = stiffness*no_strain**2
       self%work = abs(energy%initial) + abs(energy%external)
+      self%kept_at = step
+      self%patience = steps
+      self%place = ''
    end subroutine start
 
-   !> Look at the account at the end of a cycle: a word when the residual becomes noticeable, an error when it is absurd.
-   subroutine look(self, energy, time, stage, cycle, log, errors)
+   !> Look at the account at the end of a cycle: a word when the residual has become noticeable, an error when it is absurd.
+   subroutine look(self, energy, step, time, stage, cycle, log, errors)
       class(watchdog_t), intent(inout) :: self
       type(energy_t), intent(in) :: energy
-      !> Time [s], name of the stage, cycle in it
+      !> Number of the step, time [s], name of the stage, cycle in it
+      integer(i8), intent(in) :: step
       real(wp), intent(in) :: time
       character(len=*), intent(in) :: stage
       integer, intent(in) :: cycle
@@ -62,6 +79,7 @@ contains
       character(len=:), allocatable :: place
       real(wp) :: part
       integer :: most
+      logical :: beyond(size(limit))
 
       self%work = max(self%work, abs(energy%initial) + abs(energy%external))
       most = maxloc(abs(term_values(energy) - term_values(self%before)), dim=1)
@@ -69,39 +87,49 @@ contains
       self%before = energy
       if (self%work <= self%nothing) return
       part = abs(energy%residual())/self%work
-      if (part <= self%worst) return
       place = 'at time '//to_text(time)//' s (stage '//quoted(trim(stage))//', cycle '//to_text(cycle)//')'
-      ! A comparison with NaN is false
-      if (.not. part <= absurd) then
-         call errors%add('the energy account is off by '//percent(part)//' of the work put in '//place//', '// &
-                         account(self, energy)//'; the result means nothing: try a smaller &explicit safety or step, more '// &
-                         'cycles, and look at stiffness and loads there')
-      else if (part > noticeable .and. self%worst <= noticeable) then
-         call log%warn('the energy account is off by '//percent(part)//' of the work put in '//place//', '//account(self, energy))
+      if (.not. abs(energy%residual()) <= self%worst) then
+         self%worst = abs(energy%residual())
+         self%place = place
       end if
-      self%worst = part
-      self%place = place
+      ! A comparison with NaN is false
+      where (part <= limit) self%kept_at = step
+      beyond = .not. part <= limit .and. step - self%kept_at >= self%patience
+      if (beyond(absurd)) then
+         call errors%add('the energy account is off '//account(self, energy%residual(), place)//advice)
+      else if (beyond(noticeable) .and. .not. self%warned) then
+         call log%warn('the energy account is off '//account(self, energy%residual(), place))
+         self%warned = .true.
+      end if
    end subroutine look
 
-   !> At the end of the run: the largest part that was missing, if it is worth a word.
-   subroutine say_end(self, log)
+   !> At the end of the run: the largest residual over all work, if it is or was worth a word.
+   subroutine say_end(self, log, errors)
       class(watchdog_t), intent(in) :: self
       type(log_t), intent(in) :: log
+      type(error_list_t), intent(inout) :: errors
+      real(wp) :: part
 
-      if (self%worst <= noticeable) return
-      call log%warn('the energy account was off by '//percent(self%worst)//' of the work put in, most of all '//self%place// &
-                    '; it was lost while '//trim(term(maxloc(self%lost, dim=1)))//'_J changed most: do not trust the result '// &
-                    'before smaller steps (&explicit safety, step) or more cycles have given the same')
+      if (self%work <= self%nothing) return
+      part = self%worst/self%work
+      if (.not. part <= limit(absurd)) then
+         call errors%add('the energy account was off '//account(self, self%worst, self%place)//advice)
+      else if (self%warned .or. part > limit(noticeable)) then
+         call log%warn('the energy account was off '//account(self, self%worst, self%place)//advice)
+      end if
    end subroutine say_end
 
-   !> The numbers, and the term that lost them.
-   function account(self, energy) result(text)
+   !> 'by 7.5 % of the work put in at time ...': part, place, numbers, and the term that lost them.
+   function account(self, residual, place) result(text)
       class(watchdog_t), intent(in) :: self
-      type(energy_t), intent(in) :: energy
+      !> [J per m of thickness]
+      real(wp), intent(in) :: residual
+      !> When it was
+      character(len=*), intent(in) :: place
       character(len=:), allocatable :: text
 
-      text = 'residual '//to_text(energy%residual())//' J/m of '//to_text(self%work)//' J/m, lost while '// &
-             trim(term(maxloc(self%lost, dim=1)))//'_J changed most'
+      text = 'by '//percent(abs(residual)/self%work)//' of the work put in '//place//', residual '//to_text(residual)// &
+             ' J/m of '//to_text(self%work)//' J/m, lost while '//trim(term(maxloc(self%lost, dim=1)))//'_J changed most'
    end function account
 
    !> What is stored and spent, in the order of their names (terms) [J per m of thickness].

@@ -1,0 +1,33 @@
+"""The short set of the stress tests (stress/run.py; all of them by hand)."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parent / "stress"))
+import run as stress
+
+SHORT = [name for name, row in stress.FAMILIES.items() if row[2]]
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("name", SHORT)
+def test_family(name):
+    outcome = stress.Outcome(name)
+    stress.tell(outcome)
+    assert outcome.passed, f"{name}: {outcome.figures} {outcome.error}"
+
+
+@pytest.mark.fast
+def test_a_family_that_breaks_its_bar_fails(monkeypatch):
+    for bar, known, passed in (
+        (1.0, "", True),
+        (0.1, "", False),
+        (0.1, "so it is", True),
+        (1.0, "so it was", False),
+    ):
+        monkeypatch.setitem(stress.FAMILIES, "x", (lambda: [("a", 0.5)], bar, True, known))
+        assert stress.Outcome("x").passed == passed
+    monkeypatch.setitem(stress.FAMILIES, "x", (lambda: [("a", float("nan"))], 1.0, True, ""))
+    assert not stress.Outcome("x").passed
