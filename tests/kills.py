@@ -16,9 +16,10 @@ import tempfile
 import time
 from pathlib import Path
 
-import fuzz
 import h5py
 import numpy as np
+
+import fuzz
 
 TOP = Path(__file__).resolve().parent.parent
 

@@ -3,8 +3,9 @@
 import argparse
 from concurrent.futures import ThreadPoolExecutor
 
-import fuzz
 import pytest
+
+import fuzz
 
 
 @pytest.fixture

@@ -2,8 +2,9 @@
 
 import random
 
-import kills
 import pytest
+
+import kills
 
 
 @pytest.mark.parametrize("solver", ["explicit", "relaxation"])

@@ -12,6 +12,7 @@ import time
 
 import h5py
 import pytest
+
 from test_wrong_decks import MESH
 
 DECK = """

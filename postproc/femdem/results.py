@@ -459,7 +459,7 @@ class Results:
         if cycle == "hysteresis":
             raise ResultsError(
                 f"{self.deck.path}: the closure of {group!r} goes through the loading cycles: no one curve to compare "
-                "with; plot_cycles.py draws them"
+                "with; femdem-plot cycles draws them"
             )
         defaults = {"peak": "eq15", "post_peak": "table", "short_edges": "extrapolate", "max_angle": 70.0}
         return Joint(

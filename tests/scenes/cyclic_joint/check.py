@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from scene_motion import Motion, changed_deck, run_deck
 
 LEAST = 1e-3  # MPa, where unloading ends

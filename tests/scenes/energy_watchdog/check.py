@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from femdem_results import Results
+from femdem.results import Results
 from scene_motion import changed_deck, output_says, run_deck
 
 

@@ -1,16 +1,16 @@
-#!/usr/bin/env python3
 """Cyclic closure (normal stress against closure) or cyclic shear (shear stress and dilation against slip) of runs.
 
-    plot_cycles.py results/closure --of closure --out closure_cycles
-    plot_cycles.py results/symmetric results/barton --of shear --labels symmetric barton
+    femdem-plot cycles results/closure --of closure --out closure_cycles
+    femdem-plot cycles results/symmetric results/barton --of shear --labels symmetric barton
 
 Closure is drawn with the curves of the three loading cycles from zero. Prints the work of shear per area over each closed
 cycle, or the closure at each turn of the normal stress.
 """
 
-import figure_style as style
 import matplotlib.pyplot as plt
 import numpy as np
+
+from femdem.figures import style
 
 DASHES = [(5, 2), (2, 2), (1, 2)]
 POINTS = 200
@@ -86,13 +86,13 @@ def closed_cycles(slip):
     return [(first, last) for first, last in pairs if abs(slip[first] - slip[last]) < CLOSED]
 
 
-def main():
-    arguments = style.parser(__doc__)
+def main(words=None):
+    arguments = style.parser(__name__, __doc__)
     arguments.add_argument(
         "--of", choices=("closure", "shear"), required=True, help="what goes through cycles"
     )
     style.joint_arguments(arguments)
-    arguments = arguments.parse_args()
+    arguments = arguments.parse_args(words)
     runs, labels = style.open_results(arguments)
     if arguments.of == "closure":
         figure, axes = plt.subplots()
@@ -104,8 +104,4 @@ def main():
         header, table = draw_shear(axes, runs, labels, arguments.group)
         figure.tight_layout()
     style.error_table(header, table, arguments.csv)
-    style.save(figure, arguments.out, runs[0].directory, f"cyclic_{arguments.of}")
-
-
-if __name__ == "__main__":
-    style.run_script(main)
+    style.save(figure, arguments.out, runs, f"cyclic_{arguments.of}")
