@@ -129,6 +129,8 @@ def change(text, path, value):
             new = "'" + str(value).replace("'", "''") + "'" if quoted else written(value)
         else:
             start = end = len(masked(text)[: group.end].rstrip(" \t\r\n,"))
-            new = f", {variable} = {written(value)} " if group.values else f" {variable} = {written(value)} "
+            comma = "," if group.values else ""
+            blank = "" if text[end : end + 1].isspace() else " "
+            new = f"{comma} {variable} = {written(value)}{blank}"
         text = text[:start] + new + text[end:]
     return text

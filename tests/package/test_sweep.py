@@ -15,7 +15,8 @@ import pytest
 from femdem import ResultsError
 from femdem.sweep import table
 
-SHEAR = Path(__file__).resolve().parents[2] / "input" / "direct_shear"
+INPUT = Path(__file__).resolve().parents[2] / "input"
+SHEAR, NETWORK = INPUT / "direct_shear", INPUT / "network"
 # The program, with a line in a file for each time it is asked to run, and slow enough to be killed
 SLOW = """#!/bin/sh
 case " $* " in *" --check "*) ;; *) pwd >> "{log}"; sleep {pause} ;; esac
@@ -265,3 +266,26 @@ def test_a_cluster_gets_the_same_workflow(sweep):
     assert "run" in said
     assert not ran(sweep)
     assert sys.executable  # the jobs are run by this Python
+
+
+def test_a_small_part_of_the_shipped_example(tmp_path, commands, femdem):
+    """Two of the 200 realisations, coarse: four runs on two meshes, and their figure"""
+    example = (NETWORK / "realisations.yaml").read_text()
+    assert "to: 200" in example
+    small = example.replace("to: 200", "to: 2").replace("parameters:\n", "parameters:\n  mesh.size: 0.1\n")
+    (tmp_path / "few.yaml").write_text(small)
+    words = ("few.yaml", NETWORK / "realisations.nml", "--cores", "2", "--femdem", femdem)
+    said = commands("sweep", *words, cwd=tmp_path)
+    assert "4 of 4 runs done" in said
+    with open(tmp_path / "few" / "table.csv", newline="", encoding="utf-8") as file:
+        found = list(csv.DictReader(file))
+    assert [row["message"] for row in found] == [""] * 4
+    assert [row["joint.law"] for row in found] == ["jcm", "coulomb"] * 2
+    assert len(list((tmp_path / "few" / "meshes").iterdir())) == 2
+    for row in found:
+        # Phase II-B slips far more than phase I; the networks of two seeds differ
+        assert float(row["slip_2b_mm"]) > 5 * float(row["slip_1_mm"]) > 0
+    assert found[0]["slip_2b_mm"] != found[2]["slip_2b_mm"]
+    said = commands("plot", "sweep", tmp_path / "few" / "table.csv", "--by", "joint.law")
+    assert "4 runs, 0 more not done or failed" in said
+    assert (tmp_path / "few" / "figures" / "sweep.png").stat().st_size > 10_000
