@@ -2,12 +2,17 @@
 
 A job that fails says so in its ended.json and ends well, so that the others go on. A job that has ended with what it would start
 from now is not done again, whatever the workflow believes: of a job that is interrupted as it ends, Snakemake takes the flag away.
+One that outlives a sweep that was killed is waited for.
 """
 
+import contextlib
 import csv
+import ctypes
+import fcntl
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -19,7 +24,9 @@ from femdem.sweep.collect import collect
 from femdem.sweep.plan import Plan
 
 ENDED, FLAG = "ended.json", "ended.flag"  # how a job ended, and that it has ended: the flag is the workflow's
+LOCK = "job.lock"
 DONE, FAILED = "done", "failed"
+PR_SET_PDEATHSIG = 1  # of prctl, on Linux
 TABLE = "table.csv"
 # One run, one core: the workflow starts as many as there are cores
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
@@ -53,11 +60,19 @@ def once(plan, folder, key, work):
     """Do a job that has not ended yet, and raise its flag"""
     made_from, start = plan.made_from[key], time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
-    if read_ended(folder, made_from)["status"] not in (DONE, FAILED):
-        (folder / ENDED).unlink(missing_ok=True)
-        message = work(plan, folder, key)
-        write_ended(folder, made_from, message, time.monotonic() - start)
+    with (folder / LOCK).open("w", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if read_ended(folder, made_from)["status"] not in (DONE, FAILED):
+            (folder / ENDED).unlink(missing_ok=True)
+            message = work(plan, folder, key)
+            write_ended(folder, made_from, message, time.monotonic() - start)
     (folder / FLAG).touch()
+
+
+def die_with_parent():
+    """Let a process that is started die with this one: what nobody waits for would be in the way of who does it again"""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def call(command, folder, log):
@@ -74,6 +89,7 @@ def call(command, folder, log):
                 text=True,
                 errors="replace",
                 check=False,
+                preexec_fn=die_with_parent,
             )
         except OSError as error:
             return f"{command[0]}: {error.strerror}"
