@@ -13,7 +13,8 @@ Installs missing Debian packages, builds the program (build/femdem), then for th
      beside it and the files in its arguments. How is said by a comment line of the deck, a Python script beside the
      deck with its arguments:
          ! mesh: make_mesh.py --length 0.06 --out shear_6cm.msh
-     or a command of the Python package (bin/): ! mesh: femdem-mesh traces.csv --size 0.02 --out traces.msh
+     or a command of the Python package, femdem-mesh or femdem-traces; several such lines are done in order:
+         ! mesh: femdem-mesh traces.csv --size 0.02 --out traces.msh
   2. runs it; the results go to results/<scene>/<deck>/ where <scene> is the name of the deck's folder
   3. draws its figures into figures/ there and prints their tables of errors, as comment lines of the deck say,
      a figure of femdem-plot with its arguments each:
@@ -49,15 +50,22 @@ else
   build_preset release "$release_directory" || exit 1
 fi
 
-# The mesh file a deck names (mesh = 'file.msh' in its &run group) and the command that makes it.
+# The mesh file a deck names (mesh = 'file.msh' in its &run group) and the commands that make it, the last of them the mesh itself.
 mesh=$(sed -nE "s/^[^!]*\bmesh *= *['\"]([^'\"]+)['\"].*/\1/Ip" "$deck" | head -n 1)
-read -ra mesh_command < <(sed -nE 's/^ *! *mesh: *(.+)$/\1/p' "$deck") || true
-if ((${#mesh_command[@]})); then
+mapfile -t mesh_lines < <(sed -nE 's/^ *! *mesh: *(.+)$/\1/p' "$deck")
+for line in "${mesh_lines[@]}"; do
   [[ -n $mesh ]] || give_up "the deck has a line '! mesh: ...' but no mesh = 'FILE' in &run on a line of its own"
-  say "Mesh: ${mesh_command[*]}"
-  [[ ${mesh_command[0]} == femdem-mesh ]] && mesh_command=(-m femdem.network.make_mesh "${mesh_command[@]:1}")
-  (cd "$folder" && "$PYTHON" -m femdem.kept "$mesh" "$PYTHON" "${mesh_command[@]}")
-elif [[ -n $mesh && ! -f $folder/$mesh ]]; then
+  say "Mesh: $line"
+  read -ra mesh_command <<<"$line"
+  product=$mesh
+  [[ $line != "${mesh_lines[-1]}" ]] && product=$(sed -nE 's/.*--out +([^ ]+).*/\1/p' <<<"$line")
+  case ${mesh_command[0]} in
+    femdem-mesh) mesh_command=(-m femdem.network.make_mesh "${mesh_command[@]:1}") ;;
+    femdem-traces) mesh_command=(-m femdem.network.make_traces "${mesh_command[@]:1}") ;;
+  esac
+  (cd "$folder" && "$PYTHON" -m femdem.kept "$product" "$PYTHON" "${mesh_command[@]}")
+done
+if ((${#mesh_lines[@]} == 0)) && [[ -n $mesh && ! -f $folder/$mesh ]]; then
   give_up "the mesh $folder/$mesh is missing, and the deck has no line '! mesh: SCRIPT ...' that says how to make it"
 fi
 

@@ -117,7 +117,9 @@ def test_modules_of_the_mesh_script_are_found():
 def test_run_sh_asks_what_the_mesh_was_made_from(folder):
     """The line of run.sh that makes the mesh, as it stands there."""
     line = next(text for text in (TOP / "run.sh").read_text().splitlines() if "femdem.kept" in text)
-    script = f'folder={folder} here={TOP} mesh=out.msh PYTHON={sys.executable}\nmesh_command=("$@")\n{line}\n'
+    script = (
+        f'folder={folder} here={TOP} product=out.msh PYTHON={sys.executable}\nmesh_command=("$@")\n{line}\n'
+    )
     said = [
         subprocess.run(
             ["bash", "-c", script, "bash", "script.py", "traces.csv", *more],

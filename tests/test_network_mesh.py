@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shapely.geometry import MultiLineString, box
+from shapely.ops import unary_union
 
 from femdem.network import make_mesh, mesh_quality, regions
 from femdem.network.cleaning import Census, clean, traces_of, wedges
@@ -182,6 +184,39 @@ def test_generated_network_is_the_one_that_ships():
         # Five standard deviations of 3 degrees
         assert abs(strike[k] - (100.0, 140.0)[which]) < 15.0
     assert again.length / 4 == pytest.approx(7.0, abs=0.2)
+
+
+# ---- Against another library ----
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("seed", range(5))
+def test_the_planar_graph_is_that_of_shapely(seed):
+    """Traces cut at their crossings: by our graph, and by shapely's union of all lines with the window's sides."""
+    traces, _ = two_sets(seed, 2.0, (100.0, 140.0), 3.0, 0.6, 2.0, 0.2, 4.0, p21=10.0)
+    window = box(0.0, 0.0, 2.0, 2.0)
+    united = unary_union([MultiLineString(list(traces.segment.reshape(-1, 2, 2))), window.exterior])
+    sides = window.exterior.buffer(1e-9)
+    pieces = [piece for piece in united.intersection(window).geoms if not sides.contains(piece)]
+    graph = knit(graph_of(traces, (0.0, 0.0, 2.0, 2.0)), 1e-9, Counter())
+    assert graph.is_fracture.sum() == len(pieces)
+    assert graph.fracture_length == pytest.approx(sum(piece.length for piece in pieces), rel=1e-9)
+    degree = Counter(tuple(np.round(end, 7)) for piece in pieces for end in piece.coords)
+    ours = Counter(tuple(np.round(graph.xy[n], 7)) for n in graph.edge[graph.is_fracture].ravel())
+    assert sorted(ours.values()) == sorted(degree.values())
+
+
+@pytest.mark.fast
+def test_cleaned_fractures_lie_where_the_traces_lay():
+    """Whatever cleaning does, no fracture is farther from the traces than it may move things, nor shorter by much."""
+    traces = read_traces(NETWORK / "two_sets.csv")
+    graph, _ = clean(traces, snap=SNAP, feature=FEATURE)
+    before = MultiLineString(list(traces.segment.reshape(-1, 2, 2)))
+    after = MultiLineString(list(graph.xy[graph.edge[graph.is_fracture]]))
+    # A wedge's sides are merged where they are less than a feature apart, and a link parts them there
+    assert after.difference(before.buffer(2 * FEATURE)).length == 0.0
+    assert after.intersection(before.buffer(FEATURE)).length > 0.99 * after.length
+    assert after.length == pytest.approx(graph.fracture_length, rel=1e-9)
 
 
 # ---- Holes and zones ----

@@ -8,6 +8,8 @@ COMMANDS = {
     "network": "femdem.network.run_network",
     "mesh": "femdem.network.make_mesh",
     "traces": "femdem.network.make_traces",
+    "convert": "femdem.convert",
+    "sweep": "femdem.sweep.command",
 }
 
 

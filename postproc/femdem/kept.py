@@ -19,6 +19,7 @@ from femdem.places import PACKAGES, environment
 
 SUFFIX = ".made_from"
 ITSELF = "what was made"
+PACKAGE = "femdem"
 
 
 def fingerprint(path):
@@ -56,12 +57,10 @@ def with_modules(script):
                 names += [alias.name for alias in node.names]
             elif isinstance(node, ast.ImportFrom) and node.module:
                 names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-        waiting += [
-            file
-            for folder in (path.parent, PACKAGES)
-            for name in names
-            if (file := module_file(name, folder))
-        ]
+        # Of the folder that holds this package only the package counts: beside an installed one lie all others
+        own = [name for name in names if name.partition(".")[0] == PACKAGE]
+        places = [(path.parent, name) for name in names] + [(PACKAGES, name) for name in own]
+        waiting += [file for folder, name in places if (file := module_file(name, folder))]
     return found
 
 

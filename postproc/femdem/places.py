@@ -16,12 +16,12 @@ def checkout():
 
 
 def program():
-    """The program: $FEMDEM, the build of the checkout, or the first in PATH."""
-    top = checkout()
+    """The program: $FEMDEM, that in build/ of the project or of the working directory, or the first in PATH."""
     if os.environ.get("FEMDEM"):
         return Path(os.environ["FEMDEM"])
-    if top:
-        return top / "build" / PROGRAM_NAME
+    built = (checkout() or Path.cwd()) / "build" / PROGRAM_NAME
+    if checkout() or built.is_file():
+        return built
     return Path(shutil.which(PROGRAM_NAME) or PROGRAM_NAME)
 
 

@@ -88,6 +88,12 @@ class History:
         """Column of a joint group"""
         return self[f"{group}.{quantity}"]
 
+    def to_pandas(self):
+        """The table as a pandas.DataFrame"""
+        from femdem import exports
+
+        return exports.history_frame(self)
+
 
 @dataclass
 class Edges:
@@ -101,12 +107,18 @@ class Edges:
     largest_shear_displacement_mm: np.ndarray
     mean_aperture_mm: np.ndarray
     largest_aperture_mm: np.ndarray
+    path: Path | None = None
+
+    @classmethod
+    def names(cls):
+        """Names of the columns"""
+        return [name for name in cls.__dataclass_fields__ if name != "path"]
 
     @classmethod
     def read(cls, path):
         names, columns = _table(path)
         table = dict(zip(names, columns, strict=True))
-        missing = [name for name in cls.__dataclass_fields__ if name not in table]
+        missing = [name for name in cls.names() if name not in table]
         if missing:
             raise ResultsError(f"{path}: no column {', '.join(missing)}")
         return cls(
@@ -114,12 +126,61 @@ class Edges:
                 name: np.array(table[name])
                 if name == "group"
                 else np.array(table[name], dtype=int if name in ("id", "joints") else float)
-                for name in cls.__dataclass_fields__
-            }
+                for name in cls.names()
+            },
+            path=Path(path),
         )
+
+    @classmethod
+    def at(cls, fields, step, last):
+        """The block edges at a snapshot; numbers, groups and lengths are those of the last output"""
+        mesh = fields.mesh(step)
+        lines = mesh.joint_lines
+        length = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
+        number = len(last)
+        inside = mesh.block_edge > 0
+        place = mesh.block_edge[inside] - 1
+        whole = np.bincount(place, weights=length[inside], minlength=number)
+        found = {}
+        for name in ("shear_displacement_mm", "aperture_mm"):
+            values = np.abs(fields.read(name, step))[inside]
+            found[f"mean_{name}"] = (
+                np.bincount(place, weights=length[inside] * values, minlength=number) / whole
+            )
+            largest = np.full(number, -np.inf)
+            np.maximum.at(largest, place, values)
+            found[f"largest_{name}"] = largest
+        return cls(last.id, last.group, last.joints, last.length_m, **found, path=last.path)
 
     def __len__(self):
         return len(self.id)
+
+    def columns(self):
+        """The columns by name"""
+        return {name: getattr(self, name) for name in self.names()}
+
+    def mesh(self):
+        """The mesh whose block edges these are: that of the last snapshot in the same directory"""
+        if self.path is None:
+            raise ResultsError(
+                "these block edges were not read from a results directory: their mesh is not known"
+            )
+        return Fields(self.path.with_name("fields.h5")).mesh()
+
+    def to_pandas(self):
+        """The table as a pandas.DataFrame, the number of the block edge as its index"""
+        from femdem import exports
+
+        return exports.edges_frame(self)
+
+    def to_geopandas(self, crs=None):
+        """The same with the line of each block edge, as a geopandas.GeoDataFrame
+
+        crs: coordinate system of the mesh, such as 'EPSG:2056'
+        """
+        from femdem import exports
+
+        return exports.edges_geoframe(self, crs)
 
 
 @dataclass
@@ -150,14 +211,15 @@ class Fields:
         self.path = Path(path)
         if not self.path.is_file():
             raise ResultsError(f"{self.path}: there is no such file")
-        with self._open() as file:
+        with self.open() as file:
             self.provenance = {name: _plain(value) for name, value in file.attrs.items()}
             self.steps = sorted(name for name in file if name.startswith("step_"))
             self.times = np.array([file[name].attrs["time_s"] for name in self.steps])
             self.stages = [_plain(file[name].attrs["stage"]) for name in self.steps]
             self.cycles = np.array([file[name].attrs["cycle"] for name in self.steps], dtype=int)
 
-    def _open(self):
+    def open(self):
+        """The file, for reading"""
         try:
             return h5py.File(self.path, "r")
         except OSError as error:
@@ -178,7 +240,7 @@ class Fields:
 
     def names(self, step=-1):
         """Fields of a snapshot and of its mesh: name -> (place, unit, description)"""
-        with self._open() as file:
+        with self.open() as file:
             found = {}
             groups = [file[self._mesh_group(file, step)]]
             if self.steps:
@@ -195,16 +257,27 @@ class Fields:
         known = self.names(step)
         if name not in known:
             raise ResultsError(f"{self.path}: no field {name!r}; there are: {', '.join(sorted(known))}")
-        with self._open() as file:
+        with self.open() as file:
             group = file[self._step(step)] if self.steps else None
             if group is None or name not in group:
                 group = file[self._mesh_group(file, step)]
             values = group[name][...]
         return values[:, :2] if values.ndim == 2 else values
 
+    def mesh_name(self, step=-1):
+        """Group of the mesh of a snapshot; the same as long as nothing breaks"""
+        with self.open() as file:
+            return self._mesh_group(file, step).strip("/")
+
+    def to_pyvista(self, step=-1):
+        """A snapshot as a pyvista.MultiBlock with the blocks 'rock' and 'joints'"""
+        from femdem import exports
+
+        return exports.multiblock(self, step)
+
     def mesh(self, step=-1):
         """The mesh of a snapshot"""
-        with self._open() as file:
+        with self.open() as file:
             group = file[self._mesh_group(file, step)]
             arrays = {name: group[name][...] for name in Mesh.__dataclass_fields__ if name != "group_name"}
             return Mesh(**arrays, group_name=[_plain(name) for name in group["group_name"][...]])

@@ -33,7 +33,8 @@ from femdem.kept import SUFFIX, Kept, fingerprint, ingredients_of, make, text_fi
 from femdem.network.regions import add_options
 from femdem.places import checkout, environment, module, program, results
 
-DECK = Path(__file__).resolve().parent / "phase_1.nml"
+# The deck that rock and joints are taken from: that of the project, or its copy in the installed package
+DECK = (checkout() / "input" / "network" if checkout() else Path(__file__).resolve().parent) / "phase_1.nml"
 MODELS = ("jcm", "jcm_mean", "coulomb")
 SOLVERS = ("auto", "implicit", "relaxation", "explicit")
 FIRST = "phase_1"  # the phase that the others branch from

@@ -1,0 +1,1 @@
+"""Sweeps: many runs of one deck with other values, by Snakemake; one table of their results."""
