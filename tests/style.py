@@ -26,6 +26,7 @@ MAX_FILE_KIB = 1024
 LAYER_HEIGHT = {
     "base": 0,
     "joint": 1,
+    "linear": 1,
     "deck": 1,
     "mesh": 1,
     "topology": 2,
