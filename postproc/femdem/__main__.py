@@ -8,6 +8,7 @@ COMMANDS = {
     "network": "femdem.network.run_network",
     "mesh": "femdem.network.make_mesh",
     "traces": "femdem.network.make_traces",
+    "numbers": "femdem.network.network_numbers",
 }
 
 
