@@ -33,6 +33,7 @@ LAYER_HEIGHT = {
     "solid": 2,
     "contact": 2,
     "loads": 2,
+    "flow": 2,
     "solve": 3,
     "output": 3,
 }
