@@ -18,6 +18,9 @@ program femdem
    use mesh_check_m, only: check_mesh
    use ordering_m, only: order_mesh
    use group_check_m, only: check_groups
+   use flow_check_m, only: check_flow, check_flow_groups, is_flow_alone
+   use flow_alone_m, only: check_flow_mesh, run_flow_alone
+   use flow_after_m, only: check_flow_after, run_flow_after
    use scene_m, only: scene_t, build_scene, begin_stage
    use solver_choice_m, only: solver_explicit, solver_implicit, solver_relaxation
    use state_m, only: state_t
@@ -27,6 +30,7 @@ program femdem
    use effort_m, only: check_effort
    use explicit_m, only: explicit_cycle, cycle_report_t, start_account
    use implicit_m, only: implicit_cycle, implicit_solver_t
+   use fluid_coupling_m, only: fluid_coupling_t, is_two_way, coupled_cycle
    use relaxation_m, only: relaxation_cycle
    use results_m, only: results_t, results_directory, check_directory
    use run_checkpoint_m, only: place_t, load_run
@@ -39,6 +43,7 @@ program femdem
    type(scene_t) :: scene
    type(state_t) :: state
    type(implicit_solver_t) :: solver
+   type(fluid_coupling_t) :: coupling
    type(results_t) :: results
    type(place_t) :: place, done
    type(cycle_report_t) :: report
@@ -63,31 +68,26 @@ program femdem
    ! Deck and mesh, checked together before anything else is done
    call read_deck(command%deck, deck, errors)
    call check_deck(deck, errors)
+   call check_flow(deck, errors)
    if (errors%any()) call stop_with(status_bad_input)
    call find_warnings(deck, deck_warnings)
    call deck_warnings%write(error_unit, 'warning: ')
    call read_gmsh(deck_path(deck, deck%run%mesh), mesh, errors)
    if (errors%any()) call stop_with(status_bad_input)
+   if (command%flow /= '') call check_flow_after(command%flow, deck, errors)
+   if (is_flow_alone(deck)) call flow_alone()
    call check_mesh(mesh, errors)
+   call check_flow_groups(deck, mesh, errors)
    call check_groups(deck, mesh, errors, warnings)
    call warnings%write(error_unit, 'warning: ')
    if (errors%any()) call stop_with(status_bad_input)
 
-   directory = results_directory(deck, command%output)
-   call check_directory(directory, errors)
-   if (errors%any()) call stop_with(status_bad_input)
-   if (.not. command%check) then
-      call make_directory(directory, status)
-      if (status /= 0) call errors%add('the results directory '//directory//' cannot be made or written to')
-      if (status == 0) call lock%take(directory, taken_over, errors)
-      if (errors%any()) call stop_with(status_bad_input)
-      call log%open(directory//'/run.log', command%restart /= '', status)
-      if (taken_over /= '') call log%say(taken_over)
-   end if
+   call open_directory()
    call say_start(deck, log)
    call order_mesh(mesh)
    call build_scene(deck, mesh, log, scene, state, errors)
    if (errors%any()) call stop_with(status_bad_input)
+   if (command%flow /= '') call flow_after()
    call start_cracks(scene, log, state)
    call say_plan(scene, mesh, log)
    call check_effort(scene, state, log, errors)
@@ -126,7 +126,11 @@ program femdem
          case (solver_explicit)
             call explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
          case (solver_implicit)
-            call implicit_cycle(solver, scene, stage, cycle, log, progress, state, report, errors)
+            if (is_two_way(deck)) then
+               call coupled_cycle(coupling, solver, scene, stage, cycle, log, progress, state, report, errors)
+            else
+               call implicit_cycle(solver, scene, stage, cycle, log, progress, state, report, errors)
+            end if
          case (solver_relaxation)
             call relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
          end select
@@ -158,6 +162,50 @@ program femdem
    call lock%release()
 
 contains
+
+   !> Find the results directory and make it, unless the input is checked only.
+   subroutine open_directory()
+
+      directory = results_directory(deck, command%output)
+      if (command%flow /= '' .and. command%output == '') directory = command%flow//'/flow'
+      call check_directory(directory, errors)
+      if (errors%any()) call stop_with(status_bad_input)
+      if (command%check) return
+      call make_directory(directory, status)
+      if (status /= 0) call errors%add('the results directory '//directory//' cannot be made or written to')
+      if (status == 0) call lock%take(directory, taken_over, errors)
+      if (errors%any()) call stop_with(status_bad_input)
+      call log%open(directory//'/run.log', command%restart /= '', status)
+      if (taken_over /= '') call log%say(taken_over)
+   end subroutine open_directory
+
+   !> A deck of flow without stages: nothing moves. Ends the program.
+   subroutine flow_alone()
+
+      call check_flow_mesh(deck, mesh, errors)
+      if (errors%any()) call stop_with(status_bad_input)
+      call open_directory()
+      call say_start(deck, log)
+      if (command%check) call log%say('the input is good')
+      if (command%check) call exit_with(status_ok)
+      call run_flow_alone(deck, mesh, directory, log, errors)
+      if (errors%any()) call stop_with(status_failed)
+      call log%say('done      results in '//directory)
+      call log%close()
+      call lock%release()
+      call exit_with(status_ok)
+   end subroutine flow_alone
+
+   !> Flow through the apertures of a finished run. Ends the program.
+   subroutine flow_after()
+
+      call run_flow_after(command%flow, scene, directory, log, errors)
+      if (errors%any()) call stop_with(status_failed)
+      call log%say('done      results in '//directory)
+      call log%close()
+      call lock%release()
+      call exit_with(status_ok)
+   end subroutine flow_after
 
    !> Say every error and end with the given status; what has been written stays.
    subroutine stop_with(status)

@@ -26,12 +26,14 @@ MAX_FILE_KIB = 1024
 LAYER_HEIGHT = {
     "base": 0,
     "joint": 1,
+    "linear": 1,
     "deck": 1,
     "mesh": 1,
     "topology": 2,
     "solid": 2,
     "contact": 2,
     "loads": 2,
+    "flow": 2,
     "solve": 3,
     "output": 3,
 }

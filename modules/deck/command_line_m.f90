@@ -12,8 +12,9 @@ module command_line_m
 
    !> What the user asks for
    type, public :: command_t
-      !> Path of the deck; directory of the results and checkpoint to go on from (empty: not given)
-      character(len=:), allocatable :: deck, output, restart
+      !> Path of the deck; directory of the results, checkpoint to go on from, and results of a finished run whose apertures
+      !> conduct (empty: not given)
+      character(len=:), allocatable :: deck, output, restart, flow
       !> Check the input only; nothing but errors on the screen; print the version or the help, and nothing else
       logical :: check = .false., quiet = .false., version = .false., help = .false.
       !> Go on with other stages or another solver than the run that wrote the checkpoint?
@@ -21,7 +22,8 @@ module command_line_m
    end type command_t
 
    character(len=*), parameter :: options(*) = &
-                                  [character(len=9) :: '--check', '--output', '--restart', '--branch', '--quiet', &
+                                  [character(len=9) :: '--check', '--output', '--restart', '--branch', '--flow', &
+                                                        '--quiet', &
                                                         '--version', '--help', '-h']
 
 contains
@@ -51,6 +53,7 @@ contains
       command%deck = ''
       command%output = ''
       command%restart = ''
+      command%flow = ''
       i = 0
       do while (i < size(argument))
          i = i + 1
@@ -67,10 +70,14 @@ contains
             call take_value(argument, i, 'a directory', command%output, errors)
          case ('--restart', '--branch')
             call take_checkpoint(argument, i, command, errors)
+         case ('--flow')
+            call take_value(argument, i, 'a directory of results', command%flow, errors)
          case default
             call take_deck(trim(argument(i)), command, errors)
          end select
       end do
+      if (command%flow /= '' .and. (command%restart /= '' .or. command%check)) &
+         call errors%add('option --flow takes results as they are: it goes with neither --restart nor --check')
       if (command%deck == '' .and. .not. (command%help .or. command%version .or. errors%any())) then
          call errors%add('no deck given: femdem DECK.nml (femdem --help says more)')
       end if
@@ -157,6 +164,8 @@ contains
          '                  DIR is relative to the working directory'//line// &
          '  --restart FILE  go on from a checkpoint of an earlier run of the same deck'//line// &
          '  --branch FILE   go on from a checkpoint with other stages, loads to come or another solver'//line// &
+         '  --flow DIR      solve the flow of the deck through the apertures of a finished run whose results are'//line// &
+         '                  in DIR, at every snapshot; writes to DIR/flow unless --output is given'//line// &
          '  --quiet         print nothing but warnings and errors'//line// &
          '  --version       print the version and stop'//line// &
          '  --help, -h      print this text and stop'//line// &

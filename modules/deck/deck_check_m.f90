@@ -108,6 +108,8 @@ contains
       type(error_list_t), intent(inout) :: errors
 
       if (deck%run%line == 0) call errors%add(deck%path//': &run is missing: it names the mesh')
+      ! Flow alone needs neither rock that deforms nor stages
+      if (deck%flow%line > 0 .and. size(deck%stage) == 0) return
       if (size(deck%material) == 0) call errors%add(deck%path//': &material is missing: at least one is needed')
       if (size(deck%stage) == 0) call errors%add(deck%path//': &stage is missing: at least one is needed')
    end subroutine check_present

@@ -12,6 +12,12 @@ module deck_m
    use initial_group_m, only: initial_t, read_initial, write_initial
    use pore_pressure_group_m, only: pore_pressure_t, read_pore_pressure, write_pore_pressure
    use gravity_group_m, only: gravity_t, read_gravity, write_gravity
+   use fluid_group_m, only: fluid_t, read_fluid, write_fluid
+   use flow_group_m, only: flow_t, read_flow, write_flow
+   use conduit_group_m, only: conduit_t, read_conduit, write_conduit
+   use porous_group_m, only: porous_t, read_porous, write_porous
+   use flow_boundary_group_m, only: flow_boundary_t, read_flow_boundary, write_flow_boundary
+   use transient_group_m, only: transient_t, read_transient, write_transient
    use stage_group_m, only: stage_t, read_stage, write_stage
    use explicit_group_m, only: explicit_t, read_explicit, write_explicit
    use implicit_group_m, only: implicit_t, read_implicit, write_implicit
@@ -39,6 +45,12 @@ module deck_m
       type(initial_t), allocatable :: initial(:)
       type(pore_pressure_t), allocatable :: pore_pressure(:)
       type(gravity_t) :: gravity
+      type(fluid_t) :: fluid
+      type(flow_t) :: flow
+      type(transient_t) :: transient
+      type(conduit_t), allocatable :: conduit(:)
+      type(porous_t), allocatable :: porous(:)
+      type(flow_boundary_t), allocatable :: flow_boundary(:)
       type(stage_t), allocatable :: stage(:)
       type(explicit_t) :: explicit
       type(implicit_t) :: implicit
@@ -50,10 +62,11 @@ module deck_m
    !> Names of all groups, and of those that may be given more than once
    character(len=*), parameter :: repeated_names(*) = &
                                   [character(len=13) :: 'material', 'joint', 'fracture', 'boundary', 'initial', &
-                                                         'pore_pressure', 'stage']
+                                                         'pore_pressure', 'conduit', 'porous', 'flow_boundary', 'stage']
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=13) :: 'run', repeated_names, &
-                                                         'contact', 'gravity', 'explicit', 'implicit', 'relaxation', &
+                                                         'contact', 'gravity', 'fluid', 'flow', 'transient', 'explicit', &
+                                                         'implicit', 'relaxation', &
                                                          'plan', 'output']
 
 contains
@@ -132,6 +145,18 @@ contains
          call read_pore_pressure(slice(i), deck%pore_pressure(n), errors)
       case ('gravity')
          call read_gravity(slice(i), deck%gravity, errors)
+      case ('fluid')
+         call read_fluid(slice(i), deck%fluid, errors)
+      case ('flow')
+         call read_flow(slice(i), deck%flow, errors)
+      case ('transient')
+         call read_transient(slice(i), deck%transient, errors)
+      case ('conduit')
+         call read_conduit(slice(i), deck%conduit(n), errors)
+      case ('porous')
+         call read_porous(slice(i), deck%porous(n), errors)
+      case ('flow_boundary')
+         call read_flow_boundary(slice(i), deck%flow_boundary(n), errors)
       case ('stage')
          call read_stage(slice(i), deck%stage(n), errors)
       case ('explicit')
@@ -193,6 +218,8 @@ contains
                 deck%fracture(number_of(slice, 'fracture')), &
                 deck%boundary(number_of(slice, 'boundary')), deck%initial(number_of(slice, 'initial')), &
                 deck%pore_pressure(number_of(slice, 'pore_pressure')), &
+                deck%conduit(number_of(slice, 'conduit')), deck%porous(number_of(slice, 'porous')), &
+                deck%flow_boundary(number_of(slice, 'flow_boundary')), &
                 deck%stage(number_of(slice, 'stage')))
    end subroutine allocate_repeated
 
@@ -216,7 +243,8 @@ contains
       occurrence = number_of(slice(:i), slice(i)%name)
    end function occurrence
 
-   !> Write the effective deck: every variable of every group, defaults too. It can be read again.
+   !> Write the effective deck: every variable of every group, defaults too (of flow only where there is
+   !> a &flow). It can be read again.
    subroutine write_deck(deck, unit, status)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: unit
@@ -246,6 +274,20 @@ contains
          call write_pore_pressure(deck%pore_pressure(i), unit)
       end do
       call write_gravity(deck%gravity, unit)
+      if (deck%flow%line > 0) then
+         call write_fluid(deck%fluid, unit)
+         call write_flow(deck%flow, unit)
+         if (deck%transient%line > 0) call write_transient(deck%transient, unit)
+      end if
+      do i = 1, size(deck%conduit)
+         call write_conduit(deck%conduit(i), unit)
+      end do
+      do i = 1, size(deck%porous)
+         call write_porous(deck%porous(i), unit)
+      end do
+      do i = 1, size(deck%flow_boundary)
+         call write_flow_boundary(deck%flow_boundary(i), unit)
+      end do
       do i = 1, size(deck%stage)
          call write_stage(deck%stage(i), unit)
       end do

@@ -5,7 +5,7 @@ module jcm_law_m
    use constants_m, only: is_set
    use jcm_m, only: jcm_parameters_t, jcm_edge_t, jcm_option, jcm_scale, jcm_update, jcm_tangent, jcm_dilation, jcm_retrace
    use jcm_closure_m, only: path_stress, path_closure, path_stiffness, last_cycle
-   use jcm_m, only: elastic_shear_stiffness, closure_hysteresis
+   use jcm_m, only: elastic_shear_stiffness, closure_hysteresis, mobilised_ratio, peak_displacement
    use jcm_m, only: hyperbola => closure, hyperbola_stress => closure_stress, hyperbola_stiffness => normal_stiffness
    use joint_law_m, only: joint_law_t, law_result_t, guard_t
    use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t, joint_dilation_t
@@ -40,6 +40,8 @@ module jcm_law_m
       procedure :: closure
       procedure :: normal_stiffness
       procedure :: shear_stiffness
+      procedure :: mobilised_roughness
+      procedure :: slip_of_peak
    end type jcm_law_t
 
    !> The same on edges that are all scaled to their mean length (the paper's Model-I)
@@ -338,5 +340,23 @@ contains
       end associate
       shear_stiffness = elastic_shear_stiffness(self%edge, value)
    end function shear_stiffness
+
+   !> JRC that a slip has mobilised [-]: Table 1 times JRCn.
+   pure real(wp) function mobilised_roughness(self, ratio, sn)
+      class(jcm_law_t), intent(in) :: self
+      !> Slip over that of the peak [-], normal stress [MPa]
+      real(wp), intent(in) :: ratio, sn
+
+      mobilised_roughness = self%edge%jrcn*mobilised_ratio(self%edge, ratio, max(sn, 0.0_wp))
+   end function mobilised_roughness
+
+   !> Slip at the peak [mm], eq 14 or 15.
+   pure real(wp) function slip_of_peak(self, sn)
+      class(jcm_law_t), intent(in) :: self
+      !> Normal stress [MPa]
+      real(wp), intent(in) :: sn
+
+      slip_of_peak = peak_displacement(self%edge, max(sn, 0.0_wp))
+   end function slip_of_peak
 
 end module jcm_law_m

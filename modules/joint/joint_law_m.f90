@@ -41,6 +41,8 @@ module joint_law_m
       procedure :: end_share => middle
       procedure :: dilation => no_dilation
       procedure :: retrace => stay_dilated
+      procedure :: mobilised_roughness => smooth
+      procedure :: slip_of_peak => no_peak
       procedure(answer), deferred :: closure_stress
       procedure(answer), deferred :: closure
       procedure(answer), deferred :: normal_stiffness
@@ -132,6 +134,28 @@ contains
       associate (unused => self, also => penalty)
       end associate
    end subroutine needs_no_stiffness
+
+   !> JRC that a slip has mobilised [-]: most laws know no roughness.
+   pure real(wp) function smooth(self, ratio, sn)
+      class(joint_law_t), intent(in) :: self
+      !> Slip over that of the peak [-], normal stress [MPa]
+      real(wp), intent(in) :: ratio, sn
+
+      associate (unused => self, also => [ratio, sn])
+      end associate
+      smooth = 0.0_wp
+   end function smooth
+
+   !> Slip at the peak [mm], 0 for laws that know none.
+   pure real(wp) function no_peak(self, sn)
+      class(joint_law_t), intent(in) :: self
+      !> Normal stress [MPa]
+      real(wp), intent(in) :: sn
+
+      associate (unused => self, also => sn)
+      end associate
+      no_peak = 0.0_wp
+   end function no_peak
 
    !> Most laws need no bounds.
    pure function no_guards(self) result(guards)

@@ -14,7 +14,7 @@ module pore_pressure_m
    implicit none
    private
 
-   public :: add_pore_pressure
+   public :: add_pore_pressure, press_rock, press_walls
 
 contains
 

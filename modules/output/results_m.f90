@@ -17,6 +17,8 @@ module results_m
    use joint_law_m, only: law_result_t
    use edge_results_m, only: edge_sums, write_edges
    use provenance_m, only: provenance_t, provenance_of
+   use flow_of_run_m, only: open_run_flow, write_run_flow, take_run_flow
+   use flow_results_m, only: flow_results_t
    use run_checkpoint_m, only: place_t, save_run
    implicit none
    private
@@ -37,6 +39,7 @@ module results_m
       character(len=:), allocatable :: directory
       type(history_t) :: history
       type(fields_t) :: fields
+      type(flow_results_t) :: flow
       !> Cracks in their table
       integer :: cracks = 0
       !> Step of the run when it was last recorded
@@ -132,6 +135,7 @@ contains
          call write_cracks(self%directory//'cracks.csv', state%bonds%event, scene%deck%stage%name, errors)
          self%cracks = size(state%bonds%event)
       end if
+      call open_run_flow(self%flow, self%directory, scene, restarted, latest(state%time, row_is_due(scene%deck, place)), errors)
       call system_clock(self%last_checkpoint)
    end subroutine open_results
 
@@ -227,11 +231,12 @@ contains
 
       self%recorded = state%step
       call self%history%forget_dropped()
+      call self%flow%forget_dropped()
       call check_still_there(self, errors)
       if (errors%any()) return
       associate (settings => scene%deck%output)
          to_history = row_is_due(scene%deck, place)
-         if (to_history) call self%history%write_row(row(scene, state, place, unbalanced), errors)
+         if (to_history) call write_rows(self, scene, state, place, unbalanced, errors)
          snapshot = snapshot_is_due(scene%deck, place)
          if (snapshot .or. to_history) call note_cracks_in_table(self, scene, state, errors)
          if (snapshot) call write_snapshot(self, scene, state, place, errors)
@@ -279,12 +284,26 @@ contains
       call check_still_there(self, errors)
       if (errors%count() > before) return
       call self%history%put_back(errors)
-      if (.not. last%row) call self%history%write_row(row(last%scene, last%state, last%place, last%unbalanced), errors)
+      call self%flow%put_back(errors)
+      if (.not. last%row) call write_rows(self, last%scene, last%state, last%place, last%unbalanced, errors)
       call note_cracks_in_table(self, last%scene, last%state, errors)
       if (.not. last%fields) call write_snapshot(self, last%scene, last%state, last%place, errors)
       if (errors%count() > before .or. last%checkpoint) return
       call save_run(self%directory//'checkpoint.h5', last%scene, last%state, last%matrix, last%place, errors)
    end subroutine record_last_cycle
+
+   !> A row of the history, and of the tables of flow.
+   subroutine write_rows(self, scene, state, place, unbalanced, errors)
+      class(results_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: place
+      real(wp), intent(in) :: unbalanced
+      type(error_list_t), intent(inout) :: errors
+
+      call self%history%write_row(row(scene, state, place, unbalanced), errors)
+      call write_run_flow(self%flow, scene, state, place, errors)
+   end subroutine write_rows
 
    !> Fields and block edges.
    subroutine write_snapshot(self, scene, state, place, errors)
@@ -326,7 +345,7 @@ contains
       call write_edge_table(self, 'collapse.csv', scene, moved, state%aperture, errors)
       ! Nothing new where the last rest was the end of a cycle
       if (state%step == self%recorded .and. .not. scene%can_break) return
-      call self%history%write_row(row(scene, state, place, unbalanced), errors)
+      call write_rows(self, scene, state, place, unbalanced, errors)
       call note_cracks_in_table(self, scene, state, errors)
       call write_snapshot(self, scene, state, place, errors)
    end subroutine record_failure
@@ -453,6 +472,8 @@ contains
          if (scene%can_break) call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', &
                                             on_joints, bond_damage(scene%bonds, state%bonds, size(joint)))
       end associate
+      call take_run_flow(self%flow, scene, state, place, errors)
+      call self%flow%add_fields(scene%split%origin, list)
       call self%fields%write(state%time, state%step, scene%deck%stage(place%stage)%name, place%cycle, list, errors)
    end subroutine write_fields
 
@@ -460,6 +481,7 @@ contains
       class(results_t), intent(inout) :: self
 
       call self%history%close()
+      call self%flow%close()
    end subroutine close_results
 
 end module results_m

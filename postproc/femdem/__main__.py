@@ -10,6 +10,7 @@ COMMANDS = {
     "traces": "femdem.network.make_traces",
     "convert": "femdem.convert",
     "sweep": "femdem.sweep.command",
+    "numbers": "femdem.network.network_numbers",
 }
 
 

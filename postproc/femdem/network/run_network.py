@@ -15,6 +15,10 @@ shear displacement and aperture, the joint models side by side, histograms of th
                                     rollers on the left and at the bottom
              phase_1 may be among them; when another is, it stands in place of phase_2a and phase_2b.
 
+With --flow the apertures conduct: the equivalent permeability at every output time is in permeability.csv of each run (deck
+group &flow), with the water going from left to right, and there are figures of it. Numbers of the network (P20, P21, nodes,
+connections) as read and as cleaned are in network_numbers.csv and in the figure ternary.
+
 Decks are phase_1.nml of input/network with values changed; mesh, decks, results and figures go to the results directory.
 A mesh or a run that is there already is used again only when all it was made from is the same: traces, options, deck, mesh,
 program (--again repeats all). A run that fails does not end the others; what failed is said at the end, with status 1.
@@ -30,7 +34,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from femdem.kept import SUFFIX, Kept, fingerprint, ingredients_of, make, text_fingerprint
+from femdem.network.network_numbers import draw_ternary, exact_graph, numbers_of, write_numbers
 from femdem.network.regions import add_options
+from femdem.network.traces import read_traces
 from femdem.places import checkout, environment, module, program, results
 
 # The deck that rock and joints are taken from: that of the project, or its copy in the installed package
@@ -47,9 +53,16 @@ STAGE = "&stage name = '{name}', cycles = {cycles}, move_time = {time:g}, equili
 EXPLICIT_STAGE = "&stage name = '{name}', move_time = {time:g}, equilibrium = 1e-4, max_rest_time = 4e-2 /\n"
 CRACKS = """&fracture group = 'all', tensile_strength = 7e6, cohesion = 15e6, friction_angle = 26.6, g_i = 100, g_ii = 500 /
 """
+FLOW = """&flow hydraulic = '{law}' /
+&flow_boundary group = 'left', pressure = 1e4 /
+&flow_boundary group = 'right', pressure = 0 /
+"""
+HYDRAULIC = ("equal", "barton", "olsson_barton")
 # What a run leaves in its results directory
 FILES = (
     "history.csv",
+    "permeability.csv",
+    "flow.csv",
     "fields.h5",
     "fields.xdmf",
     "edges.csv",
@@ -58,8 +71,18 @@ FILES = (
     "run.log",
     "deck.nml",
 )
-FIGURES = ("network", "models", "edge_histograms", "stress", "displacement")
+FIGURES = (
+    "network",
+    "models",
+    "edge_histograms",
+    "stress",
+    "displacement",
+    "ternary",
+    "flow",
+    "permeability",
+)
 TABLE = "edge_statistics.csv"
+NUMBERS, CLEANED = "network_numbers.csv", "cleaned.csv"
 BAD_INPUT, FAILED = 2, 1
 MPA, MM = 1e6, 1e-3
 
@@ -271,6 +294,8 @@ def deck(template, arguments, model, phase, phases, pressures):
         text += "&explicit damping = 'local' /\n"
     if arguments.cracks:
         text += CRACKS
+    if arguments.flow:
+        text += FLOW.format(law=arguments.flow)
     return text
 
 
@@ -365,7 +390,7 @@ def remove_figures(figures):
     (figures / TABLE).unlink(missing_ok=True)
 
 
-def draw_all(runs, phases, figures):
+def draw_all(runs, phases, figures, flow=False):
     """The figures of the paper, and stress and displacement of the last phase, of what has been run; what went wrong."""
     done = [one for one in runs if not one.why]
     if not done:
@@ -384,6 +409,9 @@ def draw_all(runs, phases, figures):
     wrong.append(draw("stress", first[-1:], figures / "stress"))
     map_options = ["--rock", "displacement", "--cracks"]
     wrong.append(draw("map", first[-1:], figures / "displacement", *map_options))
+    if flow:
+        wrong.append(draw("flow", first[-1:], figures / "flow"))
+        wrong.append(draw("permeability", same, figures / "permeability"))
     return [text for text in wrong if text]
 
 
@@ -399,10 +427,31 @@ def others_in(folder, runs):
     return old
 
 
+def count_network(arguments):
+    """Numbers of the network as read and as cleaned: a table, a figure, a line on the screen."""
+    window = arguments.window
+    columns = {"as read": numbers_of(*exact_graph(read_traces(arguments.traces), window))}
+    window = columns["as read"].window
+    cleaned = arguments.results / CLEANED
+    if cleaned.is_file():
+        columns["cleaned"] = numbers_of(*exact_graph(read_traces(cleaned), window))
+    write_numbers(arguments.results / NUMBERS, columns)
+    for name, numbers in columns.items():
+        rows = numbers.rows()
+        print(
+            f"network {name}: P20 {numbers.p20:.4g} 1/m2, P21 {numbers.p21:.4g} 1/m, "
+            f"I {rows['nodes_I']}, Y {rows['nodes_Y']}, X {rows['nodes_X']}, boundary {rows['nodes_on_boundary']}, "
+            f"{rows['branches']} branches, {numbers.connections_per_branch:.3g} connections a branch",
+            flush=True,
+        )
+    return columns
+
+
 def make_mesh(arguments):
     """Make the mesh, unless it is there; the status."""
     command = module("femdem.network.make_mesh", arguments.traces, "--size", arguments.size)
     command += ["--out", arguments.results / MESH_NAME, "--report", arguments.results / "mesh.txt"]
+    command += ["--cleaned", arguments.results / CLEANED]
     if arguments.window:
         command += ["--window", *arguments.window]
     for hole in arguments.hole:
@@ -468,6 +517,13 @@ def arguments_of(words=None):
     parser.add_argument("--biot", type=float, default=1.0, help="Biot coefficient of the rock (default 1)")
     parser.add_argument("--cycles", type=int, default=10, help="load increments of a phase (default 10)")
     parser.add_argument("--solver", choices=SOLVERS, default="implicit", help="solver (default implicit)")
+    parser.add_argument(
+        "--flow",
+        nargs="?",
+        const="equal",
+        choices=HYDRAULIC,
+        help="let the apertures conduct, with this hydraulic aperture (default: the mechanical one)",
+    )
     parser.add_argument("--cracks", action="store_true", help="let the rock break (some minutes at 15 mm)")
     parser.add_argument("--deck", type=Path, default=DECK, help="deck that rock and joints are taken from")
     parser.add_argument(
@@ -495,9 +551,13 @@ def main(words=None):
         remove_figures(figures)
         print("no mesh, so nothing was run; see the error above", file=sys.stderr)
         sys.exit(status)
+    columns = count_network(arguments)
     runs = run_all(arguments, phases, pressures, template)
     remove_figures(figures)
-    wrong = [] if arguments.no_figures else draw_all(runs, phases, figures)
+    if not arguments.no_figures:
+        figures.mkdir(exist_ok=True)
+        draw_ternary(figures / "ternary.png", columns)
+    wrong = [] if arguments.no_figures else draw_all(runs, phases, figures, bool(arguments.flow))
     old = others_in(arguments.results, runs)
     if old:
         print(f"of another mesh than this one, from earlier commands: {', '.join(old)}")

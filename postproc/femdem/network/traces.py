@@ -1,6 +1,6 @@
-"""Traces of fractures: reading and writing the CSV files, clipping to a rectangle.
+"""Traces of fractures: reading and writing the CSV files, clipping to a rectangle. Other formats are read by map_formats.
 
-A file has the header `x1,y1,x2,y2,trace` and one straight segment a row, in metres, x east, y north. The rows of one
+A CSV file has the header `x1,y1,x2,y2,trace` and one straight segment a row, in metres, x east, y north. The rows of one
 trace stand together, in order; the last column names the trace.
 """
 
@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from femdem.network.map_formats import GEOJSON, LAYERS, FormatError, read_lines
 
 HEADER = ["x1", "y1", "x2", "y2", "trace"]
 MOST_LISTED = 10  # errors of one file that are listed
@@ -46,6 +48,8 @@ class Traces:
 def read_traces(path):
     """Read a file of traces; all that is wrong with it is said in one TraceError."""
     path = Path(path)
+    if path.suffix.lower() in GEOJSON + LAYERS:
+        return read_map(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.reader(file))
@@ -78,6 +82,20 @@ def read_traces(path):
     number = {}
     trace = [number.setdefault(name, len(number)) for name in names]
     return Traces(np.array(segments), np.array(trace), list(number))
+
+
+def read_map(path):
+    """Read traces from a file of a geographic information system."""
+    try:
+        lines, others = read_lines(path)
+    except FormatError as error:
+        raise TraceError(str(error)) from error
+    pieces = [(name, np.hstack([points[:-1], points[1:]])) for name, points in lines if len(points) > 1]
+    if not pieces:
+        raise TraceError(f"{path}: there are no lines in the file ({others} other geometries)")
+    number = {}
+    trace = [number.setdefault(name, len(number)) for name, piece in pieces for _ in piece]
+    return Traces(np.vstack([piece for _, piece in pieces]), np.array(trace), list(number))
 
 
 def write_traces(path, traces):

@@ -1,0 +1,218 @@
+!> What flow and stress say to each other. Apertures conduct; with coupling = 'two-way' the pressure found pushes the walls of the
+!> fractures and, by Biot's coefficient, the rock, and a cycle is done again until pressure and apertures agree.
+!>
+!> Flow knows nothing of forces, the solver nothing of flow: a cycle sees nodal loads that go from those of the last pressure to
+!> those of the new one. The signs are those of pore_pressure_m: stresses of the rock and of the joints are effective ones.
+module fluid_coupling_m
+   use kinds_m, only: wp
+   use constants_m, only: unset
+   use deck_m, only: deck_t
+   use errors_m, only: error_list_t
+   use explicit_m, only: cycle_report_t
+   use flow_model_m, only: flow_model_t, boundary_flow_t, init_flow_model, set_moment, set_lines, set_apertures, solve_boundary_flow
+   use implicit_m, only: implicit_cycle, implicit_solver_t
+   use joint_law_m, only: law_item_t
+   use log_m, only: log_t, progress_t
+   use pore_pressure_m, only: press_rock, press_walls
+   use scene_m, only: scene_t
+   use state_m, only: state_t
+   use text_m, only: to_text, quoted
+   implicit none
+   private
+
+   public :: conducting_lines, mobilised_roughness, is_two_way, coupled_cycle
+
+   !> What the coupling remembers from one cycle to the next
+   type, public :: fluid_coupling_t
+      private
+      logical :: started = .false.
+      type(flow_model_t) :: model
+      !> Loads of the fluid at the end of the last cycle (2, nodes) [N per m of thickness]
+      real(wp), allocatable :: force(:, :)
+      !> Stage whose loads these are, without the fluid's, at its start and end (2, nodes) [N per m of thickness]
+      integer :: stage = 0
+      real(wp), allocatable :: dead_start(:, :), dead_end(:, :)
+      !> What was added to the loads at the end of the last stage (2, nodes)
+      real(wp), allocatable :: added(:, :)
+   end type fluid_coupling_t
+
+   !> Part of the new loads that is taken in the next pass: at first, least and most (Aitken's rule finds it in between)
+   real(wp), parameter :: first_part = 1.0_wp, least_part = 0.05_wp, most_part = 2.0_wp
+
+contains
+
+   !> Does the pressure push back?
+   pure logical function is_two_way(deck)
+      type(deck_t), intent(in) :: deck
+
+      is_two_way = deck%flow%line > 0 .and. deck%flow%coupling == 'two-way'
+   end function is_two_way
+
+   !> One cycle, done again with the pressure of its own apertures until they agree.
+   subroutine coupled_cycle(self, solver, scene, stage, cycle, log, progress, state, report, errors)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(implicit_solver_t), intent(inout) :: solver
+      type(scene_t), intent(inout) :: scene
+      !> Stage and cycle, from 1
+      integer, intent(in) :: stage, cycle
+      type(log_t), intent(in) :: log
+      type(progress_t), intent(inout) :: progress
+      type(state_t), intent(inout) :: state
+      type(cycle_report_t), intent(out) :: report
+      type(error_list_t), intent(inout) :: errors
+      type(state_t) :: start
+      real(wp), allocatable :: before(:, :), trial(:, :), found(:, :), miss(:, :), last_miss(:, :)
+      real(wp) :: part, apart
+      integer :: pass
+
+      if (.not. self%started) call start_coupling(self, scene, stage, cycle, state, errors)
+      if (stage /= self%stage) call take_stage(self, scene, stage)
+      if (errors%any()) return
+      start = state
+      before = self%force
+      call set_moment(self%model, stage, real(cycle, wp)/real(scene%deck%stage(stage)%cycles, wp))
+      call fluid_loads(self, scene, state, trial, errors)
+      allocate (miss(2, size(before, 2)), last_miss(2, size(before, 2)), source=0.0_wp)
+      part = first_part
+      do pass = 1, scene%deck%flow%max_passes
+         if (errors%any()) return
+         call set_loads(self, scene, cycle, before, trial)
+         state = start
+         state%load_level = unset
+         call implicit_cycle(solver, scene, stage, cycle, log, progress, state, report, errors)
+         if (errors%any()) return
+         call fluid_loads(self, scene, state, found, errors)
+         if (errors%any()) return
+         miss = found - trial
+         apart = maxval(abs(miss))/max(maxval(abs(found)), maxval(abs(trial)), tiny(apart))
+         self%force = trial
+         if (apart <= scene%deck%flow%tolerance) return
+         if (pass > 1) part = aitken(part, miss, last_miss)
+         last_miss = miss
+         trial = trial + part*miss
+      end do
+      call errors%add('stage '//quoted(scene%deck%stage(stage)%name)//', cycle '//to_text(cycle)//': pressure of the fluid and '// &
+                  'apertures do not agree after '//to_text(scene%deck%flow%max_passes)//' passes; the loads of the fluid still '// &
+                      'change by '//to_text(100.0_wp*apart)//' % of the largest. Try more cycles, or a larger max_passes of &flow')
+   end subroutine coupled_cycle
+
+   !> The part of the miss to take next (Irons and Tuck 1969, Int J Numer Meth Eng 1:275).
+   pure real(wp) function aitken(part, miss, last_miss)
+      !> Part taken last; what was missed after it, and before (2, nodes)
+      real(wp), intent(in) :: part, miss(:, :), last_miss(:, :)
+      real(wp) :: change
+
+      change = sum((miss - last_miss)**2)
+      aitken = part
+      if (change > 0.0_wp) aitken = -part*sum(last_miss*(miss - last_miss))/change
+      aitken = min(max(aitken, least_part), most_part)
+   end function aitken
+
+   !> Build the flow model. A run that goes on from a checkpoint has the fluid's loads already.
+   subroutine start_coupling(self, scene, stage, cycle, state, errors)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      !> Stage and cycle that begin
+      integer, intent(in) :: stage, cycle
+      type(state_t), intent(in) :: state
+      type(error_list_t), intent(inout) :: errors
+
+      call init_flow_model(scene%deck, scene%whole, self%model)
+      allocate (self%force(2, size(scene%split%x, 2)), self%added(2, size(scene%split%x, 2)), source=0.0_wp)
+      call set_moment(self%model, stage, real(cycle - 1, wp)/real(scene%deck%stage(stage)%cycles, wp))
+      if (state%step > 0) call fluid_loads(self, scene, state, self%force, errors)
+      self%started = .true.
+   end subroutine start_coupling
+
+   !> The loads of a new stage without the fluid's.
+   subroutine take_stage(self, scene, stage)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: stage
+
+      self%dead_start = scene%loads%dead_start - self%added
+      self%dead_end = scene%loads%dead_end
+      self%stage = stage
+   end subroutine take_stage
+
+   !> Make the loads of the stage such that those of the fluid go from one value to the other in this cycle.
+   subroutine set_loads(self, scene, cycle, from, to)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(scene_t), intent(inout) :: scene
+      integer, intent(in) :: cycle
+      !> Loads of the fluid at the start and end of the cycle (2, nodes) [N per m of thickness]
+      real(wp), intent(in) :: from(:, :), to(:, :)
+      real(wp) :: cycles
+
+      ! Loads are linear in the level, which goes from (cycle - 1)/cycles to cycle/cycles
+      cycles = real(scene%deck%stage(self%stage)%cycles, wp)
+      scene%loads%dead_start = self%dead_start + from - real(cycle - 1, wp)*(to - from)
+      scene%loads%dead_end = self%dead_end + from + (cycles - real(cycle - 1, wp))*(to - from)
+      scene%loads%dead_changes = .true.
+      self%added = to
+   end subroutine set_loads
+
+   !> Loads of the fluid for the apertures of a state: the pressure they lead to pushes walls and rock.
+   subroutine fluid_loads(self, scene, state, force, errors)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      !> (2, nodes) [N per m of thickness]
+      real(wp), allocatable, intent(inout) :: force(:, :)
+      type(error_list_t), intent(inout) :: errors
+      type(boundary_flow_t) :: flow
+      logical, allocatable :: filled(:)
+      integer, allocatable :: line(:, :)
+      real(wp) :: in_rock(size(scene%split%triangle, 2)), in_crack(size(scene%split%joint, 2))
+      real(wp), allocatable :: pressure(:)
+      integer :: i
+
+      call conducting_lines(scene, state, line, filled)
+      call set_lines(self%model, scene%whole, line, scene%split%joint_group, scene%topology%edge_of_joint)
+      call set_apertures(self%model, state%aperture, state%joint%ratio, &
+                         mobilised_roughness(scene%joints%law, state%joint%ratio, state%joint%sn), filled)
+      call solve_boundary_flow(self%model, flow, errors)
+      if (errors%any()) return
+      ! Where no prescribed pressure is felt there is none
+      pressure = flow%field%pressure
+      where (.not. flow%reached) pressure = 0.0_wp
+      do i = 1, size(in_rock)
+         in_rock(i) = self%model%biot(i)*sum(pressure(scene%whole%triangle(:, i)))/3.0_wp
+      end do
+      do i = 1, size(in_crack)
+         in_crack(i) = 0.5_wp*sum(pressure(line(:, i)))
+      end do
+      if (.not. allocated(force)) allocate (force(2, size(scene%split%x, 2)))
+      force = 0.0_wp
+      call press_rock(scene%split, in_rock, force)
+      call press_walls(scene%split, in_rock, in_crack, filled, force)
+   end subroutine fluid_loads
+
+   !> Joint elements as lines of the mesh as read, and whether they can conduct: fractures, and cracks that have broken.
+   subroutine conducting_lines(scene, state, line, filled)
+      type(scene_t), intent(in) :: scene
+      type(state_t), intent(in) :: state
+      !> Nodes of the mesh as read (2, joints)
+      integer, allocatable, intent(out) :: line(:, :)
+      logical, allocatable, intent(out) :: filled(:)
+      integer :: j
+
+      allocate (line(2, size(scene%split%joint, 2)))
+      do j = 1, size(line, 2)
+         line(:, j) = scene%split%origin(scene%split%joint(1:2, j))
+      end do
+      allocate (filled(size(line, 2)), source=.true.)
+      ! Bonds that hold do not conduct
+      if (scene%can_break) filled(scene%bonds%fractures + 1:) = state%bonds%broken
+   end subroutine conducting_lines
+
+   !> Mobilised JRC of each joint [-]; 0 for laws that know no mobilisation.
+   elemental real(wp) function mobilised_roughness(law, ratio, sn)
+      type(law_item_t), intent(in) :: law
+      !> Slip over peak slip [-], normal stress [MPa]
+      real(wp), intent(in) :: ratio, sn
+
+      mobilised_roughness = law%raw%mobilised_roughness(ratio, sn)
+   end function mobilised_roughness
+
+end module fluid_coupling_m
