@@ -1,6 +1,7 @@
 """Readers, the reference law and every figure script, on results made from the law itself."""
 
 import contextlib
+import csv
 import io
 import os
 import sys
@@ -430,6 +431,31 @@ def test_plot_history(tmp_path):
     done = script("history", a, b, "--y", "joint.aperture_mm", "joint.dilation_mm")
     check_figures(done, tmp_path / "figures" / "history_a+b")
     assert not (a / "figures").exists()
+
+
+SWEEP = """run,joint.law,status,message,seconds,results,slip_mm,k_m2
+1,jcm,done,,1,runs/a,0.1,1e-15
+2,coulomb,done,,1,runs/b,0.3,1e-13
+3,jcm,failed,no mesh,1,runs/c,,
+4,jcm,done,,1,runs/d,0.2,
+"""
+
+
+def test_plot_sweep(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(SWEEP)
+    done = script("sweep", path, "--by", "joint.law", "--csv", tmp_path / "means.csv")
+    check_figures(done, tmp_path / "figures" / "sweep")
+    assert "3 runs, 1 more not done or failed" in done.stdout
+    with open(tmp_path / "means.csv", newline="") as file:
+        found = {(row["column"], row["value"]): row for row in csv.DictReader(file)}
+    assert float(found["slip_mm", "jcm"]["mean"]) == pytest.approx(0.15)
+    assert found["k_m2", "jcm"]["runs"] == "1"
+    for words, said in (
+        (["--columns", "nothing"], "no column 'nothing'"),
+        (["--by", "law"], "no column 'law'"),
+    ):
+        assert said in script("sweep", path, *words).stderr
 
 
 @pytest.mark.parametrize("name", command.names())

@@ -1,4 +1,4 @@
-"""The deck and meshes of tutorial 3: the example of the input reference is that deck, and both ways to its mesh are good."""
+"""The deck and meshes of tutorial 4: the example of the input reference is that deck, and both ways to its mesh are good."""
 
 import shutil
 import subprocess

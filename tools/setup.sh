@@ -88,4 +88,6 @@ build_preset() {
     say "(After a change of compiler, packages or module names: remove $directory and try again.)"
     return 1
   fi
+  # What was found up to date is so: see built
+  [[ ! -x $directory/femdem ]] || touch "$directory/femdem"
 }

@@ -3,7 +3,7 @@
 
     bin/python3 make_mesh.py --size 0.01 --out two_blocks.msh
 
-manual/tutorial_3.md goes through it. Lengths are in metres.
+manual/tutorial_4.md goes through it. Lengths are in metres.
 """
 
 import argparse

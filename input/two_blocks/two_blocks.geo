@@ -1,5 +1,5 @@
 // Two blocks, one on the other, with a fracture between them, in gmsh's own language: gmsh two_blocks.geo opens it.
-// gmsh -2 -format msh41 two_blocks.geo makes the mesh. manual/tutorial_3.md goes through it. Lengths are in metres.
+// gmsh -2 -format msh41 two_blocks.geo makes the mesh. manual/tutorial_4.md goes through it. Lengths are in metres.
 h = 0.01;
 Point(1) = {0, 0, 0, h};   Point(2) = {0.2, 0, 0, h};
 Point(3) = {0, 0.1, 0, h}; Point(4) = {0.2, 0.1, 0, h};

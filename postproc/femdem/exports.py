@@ -34,7 +34,7 @@ def library(name):
     except ImportError as error:
         raise ResultsError(
             f"Python has no module {name} ({error}); it comes with the extra {EXTRA[name]!r}: "
-            f"pip install './postproc[{EXTRA[name]}]'"
+            f"pip install './postproc[{EXTRA[name]}]' (manual/python.md)"
         ) from error
 
 

@@ -271,6 +271,10 @@ def test_a_small_part_of_the_shipped_example(tmp_path, commands, femdem):
     for row in found:
         # Phase II-B slips far more than phase I; the networks of two seeds differ
         assert float(row["slip_2b_mm"]) > 5 * float(row["slip_1_mm"]) > 0
+        # Apertures of a tenth of a millimetre, one or two a metre: a**3 / 12 a metre is some 1e-13 m2
+        assert all(
+            1e-15 < float(row[name]) < 1e-11 for name in ("kx_1_m2", "kx_2b_m2", "ky_1_m2", "ky_2b_m2")
+        )
     assert found[0]["slip_2b_mm"] != found[2]["slip_2b_mm"]
     said = commands("plot", "sweep", tmp_path / "few" / "table.csv", "--by", "joint.law")
     assert "4 runs, 0 more not done or failed" in said

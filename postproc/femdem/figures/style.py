@@ -68,7 +68,8 @@ AXIS_NAME = {
     "stress_3": "Least compression",
     "stress_1_angle": "Direction of the largest compression",
 }
-UNITS = ("mm", "MPa", "s", "J", "deg", "m")
+UNITS = ("mm", "MPa", "s", "J", "deg", "m", "m2")
+UNIT_TEXT = {"deg": "degrees", "m2": "m²"}
 
 
 def axis_label(column):
@@ -77,7 +78,7 @@ def axis_label(column):
     stem, _, unit = name.rpartition("_")
     if unit not in UNITS:
         stem, unit = name, ""
-    unit = "degrees" if unit == "deg" else unit
+    unit = UNIT_TEXT.get(unit, unit)
     text = AXIS_NAME.get(stem, stem.replace("_", " ").capitalize())
     if group:
         text += f", {group}"

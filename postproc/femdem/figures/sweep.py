@@ -133,7 +133,7 @@ def main(words=None):
         ]
         handles.append(plt.Line2D([], [], color="#555555", linestyle="--", linewidth=1.1))
         labels = [*(maps.MODEL_NAMES.get(kind, kind) for kind in kinds), "mean"]
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        grid[0, 0].legend(handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=len(labels))
     style.error_table(HEADER, table, arguments.csv)
     print(f"{len(rows)} runs, {failed} more not done or failed")
     style.save(figure, arguments.out or Path(arguments.table).parent / "figures" / "sweep", [], "sweep")

@@ -220,7 +220,8 @@ def main(words=None):
             )
         if importlib.util.find_spec("snakemake") is None:
             raise ResultsError(
-                "Python has no module snakemake; the extra 'sweep' brings it: pip install './postproc[maps,sweep]'"
+                "Python has no module snakemake; the extra 'sweep' brings it: "
+                "pip install './postproc[maps,sweep]' (manual/python.md)"
             )
         alive = is_alive(arguments.out)
         if alive:
