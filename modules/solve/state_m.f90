@@ -1,4 +1,4 @@
-!> What changes during a run: motion, forces, joints and the energy account.
+!> The state: all that a run remembers. Going back to it is one assignment; a checkpoint is it (keep_state of run_checkpoint_m).
 module state_m
    use kinds_m, only: wp, i8
    use constants_m, only: unset
