@@ -80,7 +80,7 @@ contains
          state = start
          state%load_level = unset
          call implicit_cycle(solver, scene, stage, cycle, log, progress, state, report, errors)
-         if (errors%any()) return
+         if (errors%any() .or. report%interrupted) return
          call fluid_loads(self, scene, state, found, errors)
          if (errors%any()) return
          miss = found - trial
