@@ -362,6 +362,9 @@ def test_a_deck_without_flow_writes_nothing_of_it(femdem, tmp_path):
     done = run(femdem, tmp_path, deck, "--flow", "results")
     assert done.returncode == 2
     assert "deck.nml has no &flow" in done.stderr
+    done = run(femdem, tmp_path, deck + "&flow /\n", "--flow", "results", "--check")
+    assert done.returncode == 2
+    assert "it goes with none of --restart, --branch and --check" in done.stderr
 
 
 @pytest.mark.fast
