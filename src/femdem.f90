@@ -21,7 +21,7 @@ program femdem
    use flow_check_m, only: check_flow, check_flow_groups, is_flow_alone
    use flow_alone_m, only: check_flow_mesh, run_flow_alone
    use flow_after_m, only: check_flow_after, run_flow_after
-   use scene_m, only: scene_t, build_scene, begin_stage
+   use model_m, only: model_t, build_model, begin_stage
    use solver_choice_m, only: solver_explicit, solver_implicit, solver_relaxation
    use state_m, only: state_t
    use cracks_m, only: start_cracks
@@ -40,7 +40,7 @@ program femdem
    type(command_t) :: command
    type(deck_t) :: deck
    type(mesh_t) :: mesh
-   type(scene_t) :: scene
+   type(model_t) :: model
    type(state_t) :: state
    type(implicit_solver_t) :: solver
    type(fluid_coupling_t) :: coupling
@@ -85,25 +85,25 @@ program femdem
    call open_directory()
    call say_start(deck, log)
    call order_mesh(mesh)
-   call build_scene(deck, mesh, log, scene, state, errors)
+   call build_model(deck, mesh, log, model, state, errors)
    if (errors%any()) call stop_with(status_bad_input)
    if (command%flow /= '') call flow_after()
-   call start_cracks(scene, log, state)
-   call say_plan(scene, mesh, log)
-   call check_effort(scene, state, log, errors)
+   call start_cracks(model, log, state)
+   call say_plan(model, mesh, log)
+   call check_effort(model, state, log, errors)
    if (errors%any()) call stop_with(status_bad_input)
    if (command%check) then
-      call begin_stage(scene, 1, state)
-      call check_given_step(scene, 1, state, errors)
+      call begin_stage(model, 1, state)
+      call check_given_step(model, 1, state, errors)
       if (errors%any()) call stop_with(status_bad_input)
       call log%say('the input is good')
       call exit_with(status_ok)
    end if
-   if (command%restart /= '') call load_run(command%restart, command%branch, scene, state, solver%kept, &
+   if (command%restart /= '') call load_run(command%restart, command%branch, model, state, solver%kept, &
                                             done, errors)
    if (errors%any()) call stop_with(status_bad_input)
    call catch_signals()
-   call results%open(directory, scene, state, command_text(), command%restart /= '', done, notes, errors)
+   call results%open(directory, model, state, command_text(), command%restart /= '', done, notes, errors)
    do status = 1, notes%count()
       call log%warn(notes%text(status))
    end do
@@ -111,37 +111,37 @@ program femdem
 
    ! The run: stages, each of equal load increments
    call progress%start()
-   if (command%restart == '') call start_account(scene, state)
-   call watchdog%start(state%energy, sum(scene%solid%area*maxval(deck%material%young)), state%step, &
-                       merge(patience, 0_i8, scene%solver == solver_explicit))
+   if (command%restart == '') call start_account(model, state)
+   call watchdog%start(state%energy, sum(model%solid%area*maxval(deck%material%young)), state%step, &
+                       merge(patience, 0_i8, model%solver == solver_explicit))
    do stage = 1, size(deck%stage)
-      call begin_stage(scene, stage, state)
+      call begin_stage(model, stage, state)
       if (stage < done%stage .or. (stage == done%stage .and. done%cycle >= deck%stage(stage)%cycles)) cycle
-      call check_given_step(scene, stage, state, errors)
+      call check_given_step(model, stage, state, errors)
       ! Before the first step it is the input that is wrong; later the joints have become too stiff for it
       if (errors%any()) call stop_with(merge(status_bad_input, status_failed, state%step == 0))
       do cycle = 1, deck%stage(stage)%cycles
          if (stage == done%stage .and. cycle <= done%cycle) cycle
-         select case (scene%solver)
+         select case (model%solver)
          case (solver_explicit)
-            call explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
+            call explicit_cycle(model, stage, cycle, log, progress, state, report, errors)
          case (solver_implicit)
             if (is_two_way(deck)) then
-               call coupled_cycle(coupling, solver, scene, stage, cycle, log, progress, state, report, errors)
+               call coupled_cycle(coupling, solver, model, stage, cycle, log, progress, state, report, errors)
             else
-               call implicit_cycle(solver, scene, stage, cycle, log, progress, state, report, errors)
+               call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors)
             end if
          case (solver_relaxation)
-            call relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
+            call relaxation_cycle(model, stage, cycle, log, progress, state, report, errors)
          end select
          if (.not. (errors%any() .or. report%interrupted)) &
             call watchdog%look(state%energy, state%step, state%time, deck%stage(stage)%name, cycle, log, errors)
          place = place_t(stage, cycle)
          if (errors%any() .or. report%interrupted) call results%record_last_cycle(errors)
-         if (allocated(report%moved)) call results%record_failure(scene, state, place, report%unbalanced, report%moved, errors)
+         if (allocated(report%moved)) call results%record_failure(model, state, place, report%unbalanced, report%moved, errors)
          if (errors%any()) call stop_with(status_failed)
          if (report%interrupted) call stop_on_signal()
-         call results%record(scene, state, solver%matrix(), place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
+         call results%record(model, state, solver%matrix(), place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
                              stage == size(deck%stage) .and. cycle == deck%stage(stage)%cycles, errors)
          if (errors%any()) call stop_with(status_failed)
          done = place
@@ -151,11 +151,11 @@ program femdem
             call stop_on_signal()
          end if
       end do
-      call say_stage(scene, stage, state, report, log)
+      call say_stage(model, stage, state, report, log)
    end do
    call solver%close(log)
    call results%close()
-   call say_end(directory, scene, state, progress, log)
+   call say_end(directory, model, state, progress, log)
    call watchdog%say_end(log, errors)
    if (errors%any()) call stop_with(status_failed)
    call log%close()
@@ -199,7 +199,7 @@ contains
    !> Flow through the apertures of a finished run. Ends the program.
    subroutine flow_after()
 
-      call run_flow_after(command%flow, scene, directory, log, errors)
+      call run_flow_after(command%flow, model, directory, log, errors)
       if (errors%any()) call stop_with(status_failed)
       call log%say('done      results in '//directory)
       call log%close()
@@ -222,7 +222,7 @@ contains
    !> A signal has asked the run to stop, and all that was completed is written: say how to go on.
    subroutine stop_on_signal()
 
-      call say_stopped(directory//'/checkpoint.h5', scene, done%stage, done%cycle, log)
+      call say_stopped(directory//'/checkpoint.h5', model, done%stage, done%cycle, log)
       call stop_with(status_stopped)
    end subroutine stop_on_signal
 

@@ -17,7 +17,7 @@ module flow_after_m
    use mesh_m, only: mesh_t, split_mesh_t
    use permeability_m, only: permeability_t
    use provenance_m, only: provenance_of
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use story_m, only: command_text
    use text_m, only: to_text
    implicit none
@@ -53,11 +53,11 @@ contains
    end subroutine check_flow_after
 
    !> Go through the snapshots.
-   subroutine run_flow_after(results, scene, directory, log, errors)
+   subroutine run_flow_after(results, model, directory, log, errors)
       !> Directory of the results of the run
       character(len=*), intent(in) :: results
       !> As it was built from deck and mesh
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       !> Where to write; it exists
       character(len=*), intent(in) :: directory
       type(log_t), intent(in) :: log
@@ -70,24 +70,24 @@ contains
       integer :: i, before
 
       before = errors%count()
-      call flow%open(directory//'/', scene%deck, scene%whole, .false., 0.0_wp, errors)
+      call flow%open(directory//'/', model%deck, model%whole, .false., 0.0_wp, errors)
       call file%open(results//'/fields.h5', writable=.false.)
       call file%members('/', name)
       lines%mesh = ''
       do i = 1, size(name)
          if (file%failed() .or. errors%count() > before) exit
          if (index('/'//name(i), step_prefix) /= 1) cycle
-         call one_snapshot(file, '/'//trim(name(i)), scene, directory, flow, fields, lines, log, errors)
+         call one_snapshot(file, '/'//trim(name(i)), model, directory, flow, fields, lines, log, errors)
       end do
       call file%close(errors)
       call flow%close()
    end subroutine run_flow_after
 
    !> Flow at one snapshot.
-   subroutine one_snapshot(file, path, scene, directory, flow, fields, lines, log, errors)
+   subroutine one_snapshot(file, path, model, directory, flow, fields, lines, log, errors)
       type(h5_file_t), intent(inout) :: file
       character(len=*), intent(in) :: path, directory
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(flow_results_t), intent(inout) :: flow
       type(fields_t), intent(inout) :: fields
       type(lines_t), intent(inout) :: lines
@@ -109,7 +109,7 @@ contains
       call file%get(path, 'step', step)
       call file%get(path, 'stage', stage)
       call file%get(path, 'cycle', cycle)
-      moment%number = [real(step, wp), real(findloc(scene%deck%stage%name == stage, .true., dim=1), wp), real(cycle, wp)]
+      moment%number = [real(step, wp), real(findloc(model%deck%stage%name == stage, .true., dim=1), wp), real(cycle, wp)]
       call file%read(path//'/aperture_mm', aperture)
       call file%read(path//'/shear_displacement_mm', slip)
       call file%read(path//'/normal_stress_MPa', sn)
@@ -118,13 +118,13 @@ contains
       else
          allocate (damage(size(aperture)), source=1.0_wp)
       end if
-      call read_mean_stress(file, path, scene, moment%stress)
+      call read_mean_stress(file, path, model, moment%stress)
       if (file%failed()) return
       first = lines%mesh == ''
       if (lines%mesh /= mesh) then
-         call read_lines(file, mesh, scene%whole, lines, errors)
+         call read_lines(file, mesh, model%whole, lines, errors)
          if (errors%any()) return
-         call as_network(scene%deck, scene%whole, lines%node, lines%group, network)
+         call as_network(model%deck, model%whole, lines%node, lines%group, network)
          if (first) then
             call fields%init(directory, network, lines%block_edge, nothing, provenance_of(command_text(), ''), errors)
          else
@@ -132,29 +132,29 @@ contains
          end if
       end if
       allocate (ratio(size(slip)), roughness(size(slip)), source=0.0_wp)
-      do j = 1, min(size(slip), size(scene%joints%law))
-         peak = scene%joints%law(j)%raw%slip_of_peak(sn(j))
+      do j = 1, min(size(slip), size(model%joints%law))
+         peak = model%joints%law(j)%raw%slip_of_peak(sn(j))
          if (.not. peak > 0.0_wp) cycle
          ratio(j) = abs(slip(j))/peak
-         roughness(j) = mobilised_roughness(scene%joints%law(j), ratio(j), sn(j))
+         roughness(j) = mobilised_roughness(model%joints%law(j), ratio(j), sn(j))
       end do
       j = nint(moment%number(2))
-      if (j > 0) call set_moment(flow%model, j, real(cycle, wp)/real(scene%deck%stage(j)%cycles, wp))
+      if (j > 0) call set_moment(flow%model, j, real(cycle, wp)/real(model%deck%stage(j)%cycles, wp))
       call flow%take(lines%node, lines%group, lines%block_edge, aperture, ratio, roughness, damage >= 1.0_wp, errors)
       call flow%write_row(moment, errors, permeability)
       if (errors%any()) return
-      call flow%add_fields([(j, j=1, size(scene%whole%x, 2))], list)
+      call flow%add_fields([(j, j=1, size(model%whole%x, 2))], list)
       call fields%write(moment%time, step, stage, cycle, list, errors)
-      if (scene%deck%flow%permeability) &
+      if (model%deck%flow%permeability) &
          call log%say('flow      '//stage//' '//to_text(cycle)//': kxx '//to_text(permeability%linear(1))//', kyy '// &
                       to_text(permeability%linear(2))//', kxy '//to_text(permeability%linear(3))//' m2')
    end subroutine one_snapshot
 
    !> Mean stress of the rock, xx, yy, xy, compression positive [MPa].
-   subroutine read_mean_stress(file, path, scene, stress)
+   subroutine read_mean_stress(file, path, model, stress)
       type(h5_file_t), intent(inout) :: file
       character(len=*), intent(in) :: path
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       real(wp), intent(out) :: stress(3)
       character(len=*), parameter :: name(3) = ['stress_xx', 'stress_yy', 'stress_xy']
       real(wp), allocatable :: value(:)
@@ -163,8 +163,8 @@ contains
       stress = 0.0_wp
       do i = 1, 3
          call file%read(path//'/'//name(i), value)
-         if (size(value) /= size(scene%solid%area)) return
-         stress(i) = dot_product(scene%solid%area, value)/sum(scene%solid%area)/megapascal
+         if (size(value) /= size(model%solid%area)) return
+         stress(i) = dot_product(model%solid%area, value)/sum(model%solid%area)/megapascal
       end do
    end subroutine read_mean_stress
 

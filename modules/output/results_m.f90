@@ -5,7 +5,7 @@ module results_m
    use errors_m, only: error_list_t
    use files_m, only: read_text, file_exists, real_path, relative_path, replace_file
    use deck_m, only: deck_t, write_deck, deck_path, written_by_program
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use sparse_system_m, only: kept_matrix_t
    use state_m, only: state_t
    use solid_m, only: solid_stress
@@ -25,7 +25,7 @@ module results_m
 
    !> A completed cycle, and whether history, fields and checkpoint have it
    type :: last_cycle_t
-      type(scene_t) :: scene
+      type(model_t) :: model
       type(state_t) :: state
       type(kept_matrix_t) :: matrix
       type(place_t) :: place
@@ -91,10 +91,10 @@ contains
    end subroutine check_directory
 
    !> Create the directory and its files; with a restart, go on with those that are there.
-   subroutine open_results(self, directory, scene, state, command, restarted, place, notes, errors)
+   subroutine open_results(self, directory, model, state, command, restarted, place, notes, errors)
       class(results_t), intent(inout) :: self
       character(len=*), intent(in) :: directory
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       !> Command line of the run
       character(len=*), intent(in) :: command
@@ -111,31 +111,31 @@ contains
       type(provenance_t) :: provenance
 
       self%directory = directory//'/'
-      call effective_deck(self%directory//'deck.nml', scene%deck, deck_text, errors)
+      call effective_deck(self%directory//'deck.nml', model%deck, deck_text, errors)
       if (errors%any()) return
-      column = history_columns(scene%deck%joint%group)
-      call joint_constants(scene, constant)
+      column = history_columns(model%deck%joint%group)
+      call joint_constants(model, constant)
       provenance = provenance_of(command, deck_text)
-      associate (edge => scene%topology%edge_of_joint)
+      associate (edge => model%topology%edge_of_joint)
          if (restarted) then
             call self%history%resume(self%directory//'history.csv', column, &
-                                     latest(state%time, row_is_due(scene%deck, place)), errors)
-            call self%fields%resume(directory, scene%split, edge, constant, provenance, &
-                                    latest(state%time, snapshot_is_due(scene%deck, place)), notes, errors)
+                                     latest(state%time, row_is_due(model%deck, place)), errors)
+            call self%fields%resume(directory, model%split, edge, constant, provenance, &
+                                    latest(state%time, snapshot_is_due(model%deck, place)), notes, errors)
          else
             call self%history%init(self%directory//'history.csv', column, errors)
-            call self%fields%init(directory, scene%split, edge, constant, provenance, errors)
+            call self%fields%init(directory, model%split, edge, constant, provenance, errors)
          end if
       end associate
       ! Should this run end before its first cycle, that of the checkpoint is its last one, with all that was written of it
-      if (restarted) self%last = last_cycle_t(scene, state, place=place, row=.true., fields=snapshot_is_due(scene%deck, place), &
+      if (restarted) self%last = last_cycle_t(model, state, place=place, row=.true., fields=snapshot_is_due(model%deck, place), &
                                               checkpoint=.true.)
       ! The table begins with what is known: nothing, or what had broken at the checkpoint
-      if (scene%can_break) then
-         call write_cracks(self%directory//'cracks.csv', state%bonds%event, scene%deck%stage%name, errors)
+      if (model%can_break) then
+         call write_cracks(self%directory//'cracks.csv', state%bonds%event, model%deck%stage%name, errors)
          self%cracks = size(state%bonds%event)
       end if
-      call open_run_flow(self%flow, self%directory, scene, restarted, latest(state%time, row_is_due(scene%deck, place)), errors)
+      call open_run_flow(self%flow, self%directory, model, restarted, latest(state%time, row_is_due(model%deck, place)), errors)
       call system_clock(self%last_checkpoint)
    end subroutine open_results
 
@@ -172,14 +172,14 @@ contains
    end function latest
 
    !> What has broken since the last look; nothing where nothing can.
-   subroutine note_cracks_in_table(self, scene, state, errors)
+   subroutine note_cracks_in_table(self, model, state, errors)
       class(results_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(error_list_t), intent(inout) :: errors
 
-      if (.not. scene%can_break) return
-      call append_cracks(self%directory//'cracks.csv', state%bonds%event(self%cracks + 1:), scene%deck%stage%name, errors)
+      if (.not. model%can_break) return
+      call append_cracks(self%directory//'cracks.csv', state%bonds%event(self%cracks + 1:), model%deck%stage%name, errors)
       self%cracks = size(state%bonds%event)
    end subroutine note_cracks_in_table
 
@@ -214,9 +214,9 @@ contains
    end subroutine effective_deck
 
    !> What a finished cycle leaves behind, as often as the deck asks for it.
-   subroutine record(self, scene, state, matrix, place, unbalanced, stage_is_over, run_is_over, errors)
+   subroutine record(self, model, state, matrix, place, unbalanced, stage_is_over, run_is_over, errors)
       class(results_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       !> What the implicit solver keeps of its matrix
       type(kept_matrix_t), intent(in) :: matrix
@@ -234,12 +234,12 @@ contains
       call self%flow%forget_dropped()
       call check_still_there(self, errors)
       if (errors%any()) return
-      associate (settings => scene%deck%output)
-         to_history = row_is_due(scene%deck, place)
-         if (to_history) call write_rows(self, scene, state, place, unbalanced, errors)
-         snapshot = snapshot_is_due(scene%deck, place)
-         if (snapshot .or. to_history) call note_cracks_in_table(self, scene, state, errors)
-         if (snapshot) call write_snapshot(self, scene, state, place, errors)
+      associate (settings => model%deck%output)
+         to_history = row_is_due(model%deck, place)
+         if (to_history) call write_rows(self, model, state, place, unbalanced, errors)
+         snapshot = snapshot_is_due(model%deck, place)
+         if (snapshot .or. to_history) call note_cracks_in_table(self, model, state, errors)
+         if (snapshot) call write_snapshot(self, model, state, place, errors)
          ! The checkpoint never goes beyond what the other files hold: a restart then writes them again
          if (errors%any()) then
             call check_still_there(self, errors)
@@ -249,14 +249,14 @@ contains
          checkpoint = run_is_over .or. stage_is_over .or. &
                       real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)
          if (checkpoint) then
-            call save_run(self%directory//'checkpoint.h5', scene, state, matrix, place, errors)
+            call save_run(self%directory//'checkpoint.h5', model, state, matrix, place, errors)
             self%last_checkpoint = now
          end if
       end associate
       if (to_history .and. snapshot .and. checkpoint) then
          if (allocated(self%last)) deallocate (self%last)
       else
-         self%last = last_cycle_t(scene, state, matrix, place, unbalanced, to_history, snapshot, checkpoint)
+         self%last = last_cycle_t(model, state, matrix, place, unbalanced, to_history, snapshot, checkpoint)
       end if
    end subroutine record
 
@@ -285,56 +285,56 @@ contains
       if (errors%count() > before) return
       call self%history%put_back(errors)
       call self%flow%put_back(errors)
-      if (.not. last%row) call write_rows(self, last%scene, last%state, last%place, last%unbalanced, errors)
-      call note_cracks_in_table(self, last%scene, last%state, errors)
-      if (.not. last%fields) call write_snapshot(self, last%scene, last%state, last%place, errors)
+      if (.not. last%row) call write_rows(self, last%model, last%state, last%place, last%unbalanced, errors)
+      call note_cracks_in_table(self, last%model, last%state, errors)
+      if (.not. last%fields) call write_snapshot(self, last%model, last%state, last%place, errors)
       if (errors%count() > before .or. last%checkpoint) return
-      call save_run(self%directory//'checkpoint.h5', last%scene, last%state, last%matrix, last%place, errors)
+      call save_run(self%directory//'checkpoint.h5', last%model, last%state, last%matrix, last%place, errors)
    end subroutine record_last_cycle
 
    !> A row of the history, and of the tables of flow.
-   subroutine write_rows(self, scene, state, place, unbalanced, errors)
+   subroutine write_rows(self, model, state, place, unbalanced, errors)
       class(results_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: place
       real(wp), intent(in) :: unbalanced
       type(error_list_t), intent(inout) :: errors
 
-      call self%history%write_row(row(scene, state, place, unbalanced), errors)
-      call write_run_flow(self%flow, scene, state, place, errors)
+      call self%history%write_row(row(model, state, place, unbalanced), errors)
+      call write_run_flow(self%flow, model, state, place, errors)
    end subroutine write_rows
 
    !> Fields and block edges.
-   subroutine write_snapshot(self, scene, state, place, errors)
+   subroutine write_snapshot(self, model, state, place, errors)
       class(results_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: place
       type(error_list_t), intent(inout) :: errors
 
-      call write_fields(self, scene, state, place, errors)
-      call write_edge_table(self, 'edges.csv', scene, state%joint%u, state%aperture, errors)
+      call write_fields(self, model, state, place, errors)
+      call write_edge_table(self, 'edges.csv', model, state%joint%u, state%aperture, errors)
    end subroutine write_snapshot
 
    !> Means over block edges in a table of the given name.
-   subroutine write_edge_table(self, name, scene, slip, aperture, errors)
+   subroutine write_edge_table(self, name, model, slip, aperture, errors)
       class(results_t), intent(in) :: self
       character(len=*), intent(in) :: name
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       !> (joints) [mm]
       real(wp), intent(in) :: slip(:), aperture(:)
       type(error_list_t), intent(inout) :: errors
 
-      call write_edges(self%directory//name, edge_sums(scene%topology%edge_of_joint, scene%split%joint_group, &
-                                                       scene%joints%length, slip, aperture), scene%split%group, errors)
+      call write_edges(self%directory//name, edge_sums(model%topology%edge_of_joint, model%split%joint_group, &
+                                                       model%joints%length, slip, aperture), model%split%group, errors)
    end subroutine write_edge_table
 
    !> A cycle that found no rest: the state it ended with in history, fields and block edges, and what slipped after the last
    !> rest in collapse.csv. The checkpoint stays that of a completed cycle.
-   subroutine record_failure(self, scene, state, place, unbalanced, moved, errors)
+   subroutine record_failure(self, model, state, place, unbalanced, moved, errors)
       class(results_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: place
       real(wp), intent(in) :: unbalanced
@@ -342,24 +342,24 @@ contains
       real(wp), intent(in) :: moved(:)
       type(error_list_t), intent(inout) :: errors
 
-      call write_edge_table(self, 'collapse.csv', scene, moved, state%aperture, errors)
+      call write_edge_table(self, 'collapse.csv', model, moved, state%aperture, errors)
       ! Nothing new where the last rest was the end of a cycle
-      if (state%step == self%recorded .and. .not. scene%can_break) return
-      call write_rows(self, scene, state, place, unbalanced, errors)
-      call note_cracks_in_table(self, scene, state, errors)
-      call write_snapshot(self, scene, state, place, errors)
+      if (state%step == self%recorded .and. .not. model%can_break) return
+      call write_rows(self, model, state, place, unbalanced, errors)
+      call note_cracks_in_table(self, model, state, errors)
+      call write_snapshot(self, model, state, place, errors)
    end subroutine record_failure
 
    !> One row of the history, in the order of history_columns.
-   pure function row(scene, state, place, unbalanced)
-      type(scene_t), intent(in) :: scene
+   pure function row(model, state, place, unbalanced)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: place
       real(wp), intent(in) :: unbalanced
       real(wp), allocatable :: row(:)
       real(wp), allocatable :: mean(:, :)
 
-      allocate (mean(size(joint_column), size(scene%deck%joint)))
+      allocate (mean(size(joint_column), size(model%deck%joint)))
       associate (energy => state%energy, joint => state%joint)
          mean(1, :) = means(joint%u)
          ! Stresses are those on what is covered: so the means are force over length
@@ -379,41 +379,41 @@ contains
 
       pure function means(value)
          real(wp), intent(in) :: value(:)
-         real(wp) :: means(size(scene%deck%joint))
+         real(wp) :: means(size(model%deck%joint))
 
-         means = group_means(size(scene%deck%joint), scene%joints%group, scene%joints%length, value)
+         means = group_means(size(model%deck%joint), model%joints%group, model%joints%length, value)
       end function means
 
    end function row
 
    !> Properties of the joints that do not change: their law at the scale of their block edge.
-   subroutine joint_constants(scene, list)
-      type(scene_t), intent(in) :: scene
+   subroutine joint_constants(model, list)
+      type(model_t), intent(in) :: model
       type(field_list_t), intent(out) :: list
 
       type(law_result_t), allocatable :: known(:), of_law(:)
       real(wp), allocatable :: value(:, :)
       integer :: i, j, k
 
-      if (size(scene%joints%law) == 0) return
+      if (size(model%joints%law) == 0) return
       known = [law_result_t('effective_length', 'm', 'length Ln of the block edge: that used in the scaling, cracks their own')]
-      do j = 1, size(scene%joints%law)
-         of_law = scene%joints%law(j)%raw%results()
+      do j = 1, size(model%joints%law)
+         of_law = model%joints%law(j)%raw%results()
          do i = 1, size(of_law)
             if (.not. any(known%name == of_law(i)%name)) known = [known, of_law(i)]
          end do
       end do
-      allocate (value(size(scene%joints%law), size(known)), source=0.0_wp)
-      do j = 1, size(scene%joints%law)
-         value(j, 1) = scene%joints%length(j)
-         associate (edge => scene%topology%edge_of_joint(j))
-            if (edge > 0) value(j, 1) = scene%topology%edge_length(edge)
+      allocate (value(size(model%joints%law), size(known)), source=0.0_wp)
+      do j = 1, size(model%joints%law)
+         value(j, 1) = model%joints%length(j)
+         associate (edge => model%topology%edge_of_joint(j))
+            if (edge > 0) value(j, 1) = model%topology%edge_length(edge)
          end associate
-         of_law = scene%joints%law(j)%raw%results()
+         of_law = model%joints%law(j)%raw%results()
          do i = 1, size(of_law)
             k = findloc(known%name, of_law(i)%name, dim=1)
             value(j, k) = of_law(i)%value
-            if (of_law(i)%name == 'kn_MPa_mm' .and. scene%joints%penalty(j) > 0.0_wp) value(j, k) = scene%joints%penalty(j)
+            if (of_law(i)%name == 'kn_MPa_mm' .and. model%joints%penalty(j) > 0.0_wp) value(j, k) = model%joints%penalty(j)
          end do
       end do
       do k = 1, size(known)
@@ -429,8 +429,8 @@ contains
          integer :: i
 
          note = ''
-         do i = 1, size(scene%joints%law)
-            of_law = scene%joints%law(i)%raw%results()
+         do i = 1, size(model%joints%law)
+            of_law = model%joints%law(i)%raw%results()
             if (k > 1 .and. .not. any(of_law%name == known(k)%name)) note = '; 0 on joints of other laws'
          end do
       end function of_others
@@ -438,9 +438,9 @@ contains
    end subroutine joint_constants
 
    !> One snapshot of all fields. A new field is one more line.
-   subroutine write_fields(self, scene, state, place, errors)
+   subroutine write_fields(self, model, state, place, errors)
       class(results_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: place
       type(error_list_t), intent(inout) :: errors
@@ -448,14 +448,14 @@ contains
       real(wp), allocatable :: stress(:, :)
       integer :: e
 
-      if (size(scene%split%joint, 2) /= self%fields%joints()) then
+      if (size(model%split%joint, 2) /= self%fields%joints()) then
          ! Cracks have changed the mesh
-         call joint_constants(scene, constant)
-         call self%fields%set_mesh(scene%split, scene%topology%edge_of_joint, constant, errors)
+         call joint_constants(model, constant)
+         call self%fields%set_mesh(model%split, model%topology%edge_of_joint, constant, errors)
       end if
-      allocate (stress(3, size(scene%solid%area)))
+      allocate (stress(3, size(model%solid%area)))
       do e = 1, size(stress, 2)
-         stress(:, e) = solid_stress(scene%solid, e, state%u)
+         stress(:, e) = solid_stress(model%solid, e, state%u)
       end do
       call list%add('displacement', 'm', 'displacement', on_nodes, state%u)
       call list%add('velocity', 'm/s', 'velocity', on_nodes, state%v)
@@ -469,12 +469,12 @@ contains
          call list%add('normal_stress_MPa', 'MPa', 'normal stress, compression positive', on_joints, joint%sn)
          call list%add('shear_stress_MPa', 'MPa', 'shear stress, with the sign of the slip', on_joints, joint%tau)
          call list%add('mobilised_friction', '-', 'mobilised friction coefficient (eq 33)', on_joints, joint%mu_mob)
-         if (scene%can_break) call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', &
-                                            on_joints, bond_damage(scene%bonds, state%bonds, size(joint)))
+         if (model%can_break) call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', &
+                                            on_joints, bond_damage(model%bonds, state%bonds, size(joint)))
       end associate
-      call take_run_flow(self%flow, scene, state, place, errors)
-      call self%flow%add_fields(scene%split%origin, list)
-      call self%fields%write(state%time, state%step, scene%deck%stage(place%stage)%name, place%cycle, list, errors)
+      call take_run_flow(self%flow, model, state, place, errors)
+      call self%flow%add_fields(model%split%origin, list)
+      call self%fields%write(state%time, state%step, model%deck%stage(place%stage)%name, place%cycle, list, errors)
    end subroutine write_fields
 
    subroutine close_results(self)

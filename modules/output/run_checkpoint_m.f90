@@ -10,7 +10,7 @@ module run_checkpoint_m
    use bonds_m, only: bond_values, restore_bonds, event_values, restore_events, bond_value_count
    use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
    use recut_m, only: recut, restore_contact
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use sparse_system_m, only: kept_matrix_t
    use state_m, only: state_t
    implicit none
@@ -27,9 +27,9 @@ module run_checkpoint_m
 contains
 
    !> Save all that changes during a run.
-   subroutine save_run(path, scene, state, matrix, place, errors)
+   subroutine save_run(path, model, state, matrix, place, errors)
       character(len=*), intent(in) :: path
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       !> What the implicit solver keeps of its matrix
       type(kept_matrix_t), intent(in) :: matrix
@@ -39,27 +39,27 @@ contains
       type(state_t) :: kept
       type(kept_matrix_t) :: kept_matrix
 
-      call file%create(path, fingerprint_of(scene))
-      call file%save('deck', deck_record(scene%deck, place%stage, place%cycle, has_cracks(scene)))
-      call file%save('whole_deck', whole_record(scene%deck))
-      call file%save('crack_edges', pack(scene%cut%edge, scene%cut%group == 0))
+      call file%create(path, fingerprint_of(model))
+      call file%save('deck', deck_record(model%deck, place%stage, place%cycle, has_cracks(model)))
+      call file%save('whole_deck', whole_record(model%deck))
+      call file%save('crack_edges', pack(model%cut%edge, model%cut%group == 0))
       call file%save('stage', place%stage)
       call file%save('cycle', place%cycle)
-      if (scene%can_break) call file%save('bonds', bond_values(scene%bonds, state%bonds))
+      if (model%can_break) call file%save('bonds', bond_values(model%bonds, state%bonds))
       kept = state
-      call keep_state(file, scene, kept, errors)
+      call keep_state(file, model, kept, errors)
       kept_matrix = matrix
       call keep_matrix(file, kept_matrix, errors)
       call file%close(errors)
    end subroutine save_run
 
    !> Take the state of a checkpoint, in the order of its parts: cracks come first, they make the mesh that the others are on.
-   subroutine load_run(path, branch, scene, state, matrix, place, errors)
+   subroutine load_run(path, branch, model, state, matrix, place, errors)
       character(len=*), intent(in) :: path
       !> May later stages, solver and its settings differ from those of the run that wrote it?
       logical, intent(in) :: branch
       !> As it was built from deck and mesh
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       type(state_t), intent(inout) :: state
       !> What the implicit solver had of its matrix; not allocated when it had none
       type(kept_matrix_t), allocatable, intent(out) :: matrix
@@ -68,13 +68,13 @@ contains
       type(error_list_t), intent(inout) :: errors
       type(checkpoint_t) :: file
 
-      call file%open(path, fingerprint_of(scene), errors)
+      call file%open(path, fingerprint_of(model), errors)
       if (errors%any()) return
-      call compare_decks(file, path, branch, scene, errors)
-      call load_cracks(file, path, scene, state, errors)
+      call compare_decks(file, path, branch, model, errors)
+      call load_cracks(file, path, model, state, errors)
       call file%load('stage', place%stage, errors)
       call file%load('cycle', place%cycle, errors)
-      if (.not. errors%any()) call keep_state(file, scene, state, errors)
+      if (.not. errors%any()) call keep_state(file, model, state, errors)
       allocate (matrix)
       if (.not. errors%any()) call keep_matrix(file, matrix, errors)
       if (allocated(matrix%first)) then
@@ -85,9 +85,9 @@ contains
 
    !> All that the state remembers, saved to a checkpoint or loaded from it. What is added to the state and not found anew by the
    !> first forces has its line here, and no other place.
-   subroutine keep_state(file, scene, state, errors)
+   subroutine keep_state(file, model, state, errors)
       type(checkpoint_t), intent(inout) :: file
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       real(wp), allocatable :: table(:, :), list(:)
@@ -126,13 +126,13 @@ contains
       call file%keep('reached', state%walls%reached, errors)
       call file%keep('corners', state%corners%held, errors)
       call file%keep('corners_passed', state%corners%passed, errors)
-      if (scene%has_contact) then
+      if (model%has_contact) then
          list = state%contact%values()
          if (.not. file%writing) deallocate (list)
          call file%keep('contact', list, errors)
          if (errors%any()) return
          if (.not. file%writing) then
-            if (.not. scene%contact%restore_state(scene%exposed, list, state%contact)) &
+            if (.not. model%contact%restore_state(model%exposed, list, state%contact)) &
                call errors%add('the contact of the checkpoint does not fit this mesh')
          end if
       end if
@@ -141,7 +141,7 @@ contains
       call file%keep('guess_part', state%guess%part, errors)
       call file%keep('guess_move', state%guess%move, errors)
       call file%keep('guess_move_part', state%guess%move_part, errors)
-      if (.not. scene%can_break) return
+      if (.not. model%can_break) return
       ! Rock that breaks: what has broken, and forces not let go of yet
       if (.not. file%writing) then
          if (.not. file%has('crack_events')) return
@@ -191,11 +191,11 @@ contains
 
    !> The deck must agree with the one that the checkpoint was written with: in all that the results depend on, or, for a branch,
    !> in what its state depends on.
-   subroutine compare_decks(file, path, branch, scene, errors)
+   subroutine compare_decks(file, path, branch, model, errors)
       type(checkpoint_t), intent(inout) :: file
       character(len=*), intent(in) :: path
       logical, intent(in) :: branch
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(error_list_t), intent(inout) :: errors
       character(len=:), allocatable :: before, whole
       integer, allocatable :: crack(:)
@@ -208,60 +208,60 @@ contains
       call file%load('stage', place%stage, errors)
       call file%load('cycle', place%cycle, errors)
       if (errors%any()) return
-      if (place%stage > size(scene%deck%stage)) then
+      if (place%stage > size(model%deck%stage)) then
          call errors%add(path//': was written in stage '//to_text(place%stage)//', and this deck has '// &
-                         to_text(size(scene%deck%stage))//' stages')
+                         to_text(size(model%deck%stage))//' stages')
          return
       end if
-      call compare_records(path, before, deck_record(scene%deck, place%stage, place%cycle, size(crack) > 0), .false., of_state)
+      call compare_records(path, before, deck_record(model%deck, place%stage, place%cycle, size(crack) > 0), .false., of_state)
       if (branch) then
          call errors%append(of_state)
          return
       end if
-      call compare_records(path, whole, whole_record(scene%deck), .true., errors)
+      call compare_records(path, whole, whole_record(model%deck), .true., errors)
       if (errors%any() .and. .not. of_state%any()) &
          call errors%add(path//': --restart goes on with the same run; --branch in its place goes on with other stages, loads '// &
                          'to come, solver or settings of a solver on purpose')
    end subroutine compare_decks
 
    !> Are there cohesive joints?
-   pure logical function has_cracks(scene)
-      type(scene_t), intent(in) :: scene
+   pure logical function has_cracks(model)
+      type(model_t), intent(in) :: model
 
-      has_cracks = any(scene%cut%group == 0)
+      has_cracks = any(model%cut%group == 0)
    end function has_cracks
 
    !> Sizes and content of the mesh before any crack, which a checkpoint must agree with.
-   function fingerprint_of(scene) result(fingerprint)
-      type(scene_t), intent(in) :: scene
+   function fingerprint_of(model) result(fingerprint)
+      type(model_t), intent(in) :: model
       type(fingerprint_t) :: fingerprint
       character(len=:), allocatable :: names
       integer :: i, fractures
 
-      associate (mesh => scene%whole)
-         fractures = count(scene%cut%group > 0)
+      associate (mesh => model%whole)
+         fractures = count(model%cut%group > 0)
          fingerprint%nodes = size(mesh%x, 2)
          fingerprint%triangles = size(mesh%triangle, 2)
          fingerprint%joints = fractures
          fingerprint%places = numbers_hash([transfer(mesh%datum, [0]), transfer(mesh%x, [0])])
          fingerprint%corners = numbers_hash([reshape(mesh%triangle, [size(mesh%triangle)]), &
-                                             reshape(scene%cut%node(:, :fractures), [2*fractures])])
+                                             reshape(model%cut%node(:, :fractures), [2*fractures])])
          names = ''
          do i = 1, size(mesh%group)
             names = names//trim(mesh%group(i)%name)//new_line('a')//to_text(mesh%group(i)%dimension)//new_line('a')
          end do
-         fingerprint%groups = text_hash(names//numbers_hash([mesh%triangle_group, scene%cut%group(:fractures), &
-                                                             scene%split%surface_group(:count(scene%split%surface_joint == 0))]))
+         fingerprint%groups = text_hash(names//numbers_hash([mesh%triangle_group, model%cut%group(:fractures), &
+                                                             model%split%surface_group(:count(model%split%surface_joint == 0))]))
       end associate
    end function fingerprint_of
 
    ! ---- Cracks ------------------------------------------------------------------------------------------------------
 
    !> Cut the mesh along the same edges in the same order, put the bonds back into them, and find what of them touches.
-   subroutine load_cracks(file, path, scene, state, errors)
+   subroutine load_cracks(file, path, model, state, errors)
       type(checkpoint_t), intent(inout) :: file
       character(len=*), intent(in) :: path
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       integer, allocatable :: edge(:), at_start(:), later(:), parent(:)
@@ -269,30 +269,30 @@ contains
 
       call file%load('crack_edges', edge, errors)
       if (errors%any()) return
-      at_start = pack(scene%cut%edge, scene%cut%group == 0)
+      at_start = pack(model%cut%edge, model%cut%group == 0)
       if (.not. starts_with(edge, at_start)) then
          call errors%add(path//': the run that wrote it had other cohesive joints from its start than this deck has ('// &
                          to_text(size(at_start))//'); group and insertion of every &fracture must be the same')
          return
       end if
       later = edge(size(at_start) + 1:)
-      if (.not. can_be_cut(scene, later)) then
+      if (.not. can_be_cut(model, later)) then
          call errors%add(path//': has cracks in rock that cannot break in this deck; give it the &fracture groups of the deck '// &
                          'that wrote the checkpoint')
          return
       end if
-      if (.not. scene%can_break) return
-      if (size(later) > 0) call recut(scene, state, later, parent)
-      scene%breakable(later) = 0
+      if (.not. model%can_break) return
+      if (size(later) > 0) call recut(model, state, later, parent)
+      model%breakable(later) = 0
       state%release = spread(0.0_wp*state%mass, 1, 2)
       ! A run that could not break may go on with rock that can
       if (.not. file%has('bonds')) return
       allocate (bonds(bond_value_count, size(edge)))
       call file%load('bonds', bonds, errors)
       if (errors%any()) return
-      call restore_bonds(bonds, scene%bonds, state%bonds)
-      scene%joints%bonded(scene%bonds%fractures + 1:) = state%bonds%active
-      call restore_contact(scene, state)
+      call restore_bonds(bonds, model%bonds, state%bonds)
+      model%joints%bonded(model%bonds%fractures + 1:) = state%bonds%active
+      call restore_contact(model, state)
    end subroutine load_cracks
 
    !> Does a list start with another one?
@@ -304,12 +304,12 @@ contains
    end function starts_with
 
    !> May these edges of the mesh be cut in this deck?
-   pure logical function can_be_cut(scene, edge)
-      type(scene_t), intent(in) :: scene
+   pure logical function can_be_cut(model, edge)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: edge(:)
 
-      can_be_cut = all(edge >= 1 .and. edge <= size(scene%breakable))
-      if (can_be_cut) can_be_cut = all(scene%breakable(edge) > 0)
+      can_be_cut = all(edge >= 1 .and. edge <= size(model%breakable))
+      if (can_be_cut) can_be_cut = all(model%breakable(edge) > 0)
    end function can_be_cut
 
 end module run_checkpoint_m

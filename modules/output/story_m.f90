@@ -10,7 +10,7 @@ module story_m
    use deck_m, only: deck_t
    use mesh_m, only: place_text
    use corners_m, only: corner_overlap
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
    use explicit_m, only: cycle_report_t
@@ -33,8 +33,8 @@ contains
    end subroutine say_start
 
    !> The end of a stage: time, steps, step, balance of forces and energy.
-   subroutine say_stage(scene, stage, state, report, log)
-      type(scene_t), intent(in) :: scene
+   subroutine say_stage(model, stage, state, report, log)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage
       type(state_t), intent(in) :: state
       !> Report of the stage's last cycle
@@ -42,41 +42,41 @@ contains
       type(log_t), intent(in) :: log
       real(wp) :: added, total
 
-      call log%say('stage     '//quoted(scene%deck%stage(stage)%name)//' done at '//to_text(state%time)//' s, step '// &
+      call log%say('stage     '//quoted(model%deck%stage(stage)%name)//' done at '//to_text(state%time)//' s, step '// &
                    to_text(state%step)//' (last dt '//to_text(report%smallest_step)//' s); unbalanced force ratio '// &
                    to_text(report%unbalanced))
-      added = sum(state%mass) - sum(scene%mass)
-      total = sum(scene%mass)
+      added = sum(state%mass) - sum(model%mass)
+      total = sum(model%mass)
       if (added > 0.0_wp) call log%say('          mass scaling has added '//to_text(added)//' kg/m, '// &
                                        to_text(100.0_wp*added/total)//' % of the mass')
-      call say_overshoot(scene, stage, state, report, log)
-      if (is_set(scene%deck%stage(stage)%equilibrium) .and. .not. report%balanced) &
-         call log%warn('stage '//quoted(scene%deck%stage(stage)%name)//' ended before equilibrium: unbalanced force ratio '// &
+      call say_overshoot(model, stage, state, report, log)
+      if (is_set(model%deck%stage(stage)%equilibrium) .and. .not. report%balanced) &
+         call log%warn('stage '//quoted(model%deck%stage(stage)%name)//' ended before equilibrium: unbalanced force ratio '// &
                        to_text(report%unbalanced)//' after the longest rest allowed; asked for was '// &
-                       to_text(scene%deck%stage(stage)%equilibrium)//' (max_rest_time, damping)')
-      call warn_of_corners(scene, state, log)
+                       to_text(model%deck%stage(stage)%equilibrium)//' (max_rest_time, damping)')
+      call warn_of_corners(model, state, log)
    end subroutine say_stage
 
    !> Say where corners of blocks have passed into each other by more than closure and elasticity let them.
-   subroutine warn_of_corners(scene, state, log)
-      type(scene_t), intent(in) :: scene
+   subroutine warn_of_corners(model, state, log)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(log_t), intent(in) :: log
       character(len=:), allocatable :: place
       real(wp) :: deepest
       integer :: pair
 
-      call corner_overlap(scene%corners, state%u, deepest, pair)
+      call corner_overlap(model%corners, state%u, deepest, pair)
       if (pair == 0) return
       if (deepest <= corner_share*maxval(abs(state%joint%u))*millimetre) return
-      place = place_text(scene%split%x(:, scene%corners%node(1, pair)), scene%split%datum)
+      place = place_text(model%split%x(:, model%corners%node(1, pair)), model%split%datum)
       call log%warn('corners of blocks overlap by '//to_text(deepest/millimetre)//' mm beyond the closure of their joints '// &
                     'near '//place//': no rest was found with them held, or corner_factor is small; more cycles may hold them')
    end subroutine warn_of_corners
 
    !> Joints and cracks that slide too far while the rock swings stay there: rest alone does not tell. The kinetic energy does.
-   subroutine say_overshoot(scene, stage, state, report, log)
-      type(scene_t), intent(in) :: scene
+   subroutine say_overshoot(model, stage, state, report, log)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage
       type(state_t), intent(in) :: state
       !> Report of the stage's last cycle
@@ -85,18 +85,18 @@ contains
       !> Overshoot that is worth a word: slip was too large by a third of it up to all of it where that was measured
       real(wp), parameter :: noticeable = 0.01_wp
 
-      if (scene%solver /= solver_explicit .or. .not. scene%until_balanced(stage) .or. size(state%joint) == 0) return
+      if (model%solver /= solver_explicit .or. .not. model%until_balanced(stage) .or. size(state%joint) == 0) return
       call log%say('          the rock swung about '//to_text(100.0_wp*report%overshoot)// &
                    ' % further than to rest in the last cycle (root of its kinetic energy over the work)')
       if (report%overshoot > noticeable) &
-         call log%warn('stage '//quoted(scene%deck%stage(stage)%name)//': loads grew so fast that the rock swung about '// &
+         call log%warn('stage '//quoted(model%deck%stage(stage)%name)//': loads grew so fast that the rock swung about '// &
                        to_text(100.0_wp*report%overshoot)//' % further than to rest; joints that slid with it stay there. '// &
                        'For less: more cycles, a longer move_time, or solver = ''implicit''')
    end subroutine say_overshoot
 
-   subroutine say_end(directory, scene, state, progress, log)
+   subroutine say_end(directory, model, state, progress, log)
       character(len=*), intent(in) :: directory
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(progress_t), intent(in) :: progress
       type(log_t), intent(in) :: log
@@ -104,20 +104,20 @@ contains
       call log%say('energy    external '//to_text(state%energy%external)//' J/m, residual '// &
                    to_text(state%energy%residual())//' J/m')
       ! Coupled joints lift the walls as they dilate: what they give out so, shearing has put in
-      if (scene%solver == solver_explicit .and. energy_from_contact(state) &
-          .and. .not. any(scene%deck%joint%coupling == 'coupled')) &
+      if (model%solver == solver_explicit .and. energy_from_contact(state) &
+          .and. .not. any(model%deck%joint%coupling == 'coupled')) &
          call log%warn('the contact has given out '//to_text(-state%energy%contact)//' J/m more than it took up: bodies '// &
                        'collide too fast for this step; try a smaller &explicit safety or &material penalty_factor')
-      if (scene%has_contact) call log%say('contact   '//to_text(state%contact%searches)//' searches in '// &
+      if (model%has_contact) call log%say('contact   '//to_text(state%contact%searches)//' searches in '// &
                                           to_text(state%step)//' steps')
       call log%say('done      '//to_text(state%step)//' steps in '//to_text(progress%elapsed())//' s; results in '//directory)
    end subroutine say_end
 
    !> A signal has ended the run: what is kept, and how to go on.
-   subroutine say_stopped(checkpoint, scene, stage, cycle, log)
+   subroutine say_stopped(checkpoint, model, stage, cycle, log)
       !> Path of the checkpoint
       character(len=*), intent(in) :: checkpoint
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       !> Last stage and cycle completed (0: none)
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
@@ -130,8 +130,8 @@ contains
          call log%warn('stopped by '//signal_name()//' before the first cycle was completed: there is nothing to go on from')
       else
          call log%warn('stopped by '//signal_name()//'; kept is all up to cycle '//to_text(cycle)//' of stage '// &
-                       quoted(scene%deck%stage(stage)%name)//'. To go on: femdem --restart '//checkpoint//' '// &
-                       scene%deck%path)
+                       quoted(model%deck%stage(stage)%name)//'. To go on: femdem --restart '//checkpoint//' '// &
+                       model%deck%path)
       end if
    end subroutine say_stopped
 

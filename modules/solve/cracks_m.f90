@@ -12,7 +12,7 @@ module cracks_m
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use edges_m, only: next_corner
    use recut_m, only: recut, renew_contact, renew_loads, rock_law
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use solid_m, only: solid_t, solid_stress
    use state_m, only: state_t
    implicit none
@@ -28,90 +28,90 @@ module cracks_m
 contains
 
    !> Find where rock may break, and cut what is to be cut from the start.
-   subroutine start_cracks(scene, log, state)
-      type(scene_t), intent(inout) :: scene
+   subroutine start_cracks(model, log, state)
+      type(model_t), intent(inout) :: model
       type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
       logical, allocatable :: at_start(:)
       integer, allocatable :: chosen(:), parent(:)
       integer :: e
 
-      call find_breakable(scene, at_start)
-      scene%can_break = any(scene%breakable > 0)
-      if (.not. scene%can_break) return
-      scene%bonds%fractures = size(scene%split%joint, 2)
-      scene%check_every = minval(scene%deck%fracture%check_every)
+      call find_breakable(model, at_start)
+      model%can_break = any(model%breakable > 0)
+      if (.not. model%can_break) return
+      model%bonds%fractures = size(model%split%joint, 2)
+      model%check_every = minval(model%deck%fracture%check_every)
       chosen = pack([(e, e=1, size(at_start))], at_start)
-      call recut(scene, state, chosen, parent)
-      scene%breakable(chosen) = 0
-      scene%is_adaptive = any(scene%breakable > 0)
+      call recut(model, state, chosen, parent)
+      model%breakable(chosen) = 0
+      model%is_adaptive = any(model%breakable > 0)
       allocate (state%release(2, size(state%mass)), source=0.0_wp)
-      call warn_of_bonds(scene, log)
+      call warn_of_bonds(model, log)
    end subroutine start_cracks
 
    !> Which &fracture each edge of the mesh follows, and whether it is cut from the start.
-   subroutine find_breakable(scene, at_start)
-      type(scene_t), intent(inout) :: scene
+   subroutine find_breakable(model, at_start)
+      type(model_t), intent(inout) :: model
       logical, allocatable, intent(out) :: at_start(:)
       integer :: e, k, of(2), chosen
       character(len=:), allocatable :: insertion
 
-      allocate (scene%breakable(size(scene%edges%triangles)), source=0)
-      allocate (at_start(size(scene%edges%triangles)), source=.false.)
-      if (size(scene%deck%fracture) == 0) return
-      do e = 1, size(scene%breakable)
-         if (scene%edges%triangles(e) /= 2) cycle
+      allocate (model%breakable(size(model%edges%triangles)), source=0)
+      allocate (at_start(size(model%edges%triangles)), source=.false.)
+      if (size(model%deck%fracture) == 0) return
+      do e = 1, size(model%breakable)
+         if (model%edges%triangles(e) /= 2) cycle
          do k = 1, 2
-            of(k) = fracture_of(scene, scene%edges%triangle(k, e))
+            of(k) = fracture_of(model, model%edges%triangle(k, e))
          end do
          ! Between two kinds of rock the weaker breaks; an edge of a surface to rock that cannot break belongs to
          ! 'everywhere' only
          if (all(of > 0)) then
             chosen = of(1)
-            if (scene%deck%fracture(of(2))%tensile_strength < scene%deck%fracture(of(1))%tensile_strength) chosen = of(2)
+            if (model%deck%fracture(of(2))%tensile_strength < model%deck%fracture(of(1))%tensile_strength) chosen = of(2)
          else
             chosen = maxval(of)
             if (chosen == 0) cycle
-            if (scene%deck%fracture(chosen)%insertion /= 'everywhere') cycle
+            if (model%deck%fracture(chosen)%insertion /= 'everywhere') cycle
          end if
-         insertion = trim(scene%deck%fracture(chosen)%insertion)
+         insertion = trim(model%deck%fracture(chosen)%insertion)
          if (insertion == 'none') cycle
-         scene%breakable(e) = chosen
+         model%breakable(e) = chosen
          at_start(e) = insertion /= 'adaptive'
       end do
-      scene%breakable(scene%cut%edge) = 0
-      at_start(scene%cut%edge) = .false.
+      model%breakable(model%cut%edge) = 0
+      at_start(model%cut%edge) = .false.
    end subroutine find_breakable
 
    !> Index of the &fracture group of a triangle: that of its surface before that of all rock; 0: none.
-   pure integer function fracture_of(scene, triangle) result(fracture)
-      type(scene_t), intent(in) :: scene
+   pure integer function fracture_of(model, triangle) result(fracture)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: triangle
       integer :: i
 
       fracture = 0
-      do i = 1, size(scene%deck%fracture)
-         if (fracture == 0 .and. scene%deck%fracture(i)%group == all_rock) fracture = i
+      do i = 1, size(model%deck%fracture)
+         if (fracture == 0 .and. model%deck%fracture(i)%group == all_rock) fracture = i
       end do
-      do i = 1, size(scene%deck%fracture)
-         if (scene%deck%fracture(i)%group == scene%split%group(scene%split%triangle_group(triangle))%name) fracture = i
+      do i = 1, size(model%deck%fracture)
+         if (model%deck%fracture(i)%group == model%split%group(model%split%triangle_group(triangle))%name) fracture = i
       end do
    end function fracture_of
 
    !> Say when the stiffness of the bonds is too low for the fracture energies.
-   subroutine warn_of_bonds(scene, log)
-      type(scene_t), intent(in) :: scene
+   subroutine warn_of_bonds(model, log)
+      type(model_t), intent(in) :: model
       type(log_t), intent(in) :: log
       integer :: soft
 
-      soft = count(.not. scene%bonds%law%sound)
-      if (soft > 0) call log%warn(to_text(soft)//' of '//to_text(size(scene%bonds%law))//' cohesive joints store more energy '// &
+      soft = count(.not. model%bonds%law%sound)
+      if (soft > 0) call log%warn(to_text(soft)//' of '//to_text(size(model%bonds%law))//' cohesive joints store more energy '// &
                                   'up to their strength than breaking them takes: larger penalty_factor or smaller elements')
    end subroutine warn_of_bonds
 
    !> Look at the bonds: note those that have broken, which lets fluid in, and hand those that have parted to the contact.
-   subroutine note_cracks(scene, state, changed)
-      type(scene_t), intent(inout) :: scene
+   subroutine note_cracks(model, state, changed)
+      type(model_t), intent(inout) :: model
       type(state_t), intent(inout) :: state
       !> Has the contact changed, or have the loads?
       logical, intent(out) :: changed
@@ -127,41 +127,41 @@ contains
          if (.not. state%bonds%broken(b)) then
             if (events == 0) allocate (event(size(state%bonds%active)))
             events = events + 1
-            call note_event(scene, state, b, event(events))
+            call note_event(model, state, b, event(events))
          end if
          if (.not. bond_has_parted(state%bonds%point(:, b))) cycle
          ! A law with a closure of its own can only take over walls that do not press on each other
-         if (scene%joints%law(scene%bonds%fractures + b)%raw%own_closure() > 0.0_wp .and. &
+         if (model%joints%law(model%bonds%fractures + b)%raw%own_closure() > 0.0_wp .and. &
              any(state%bonds%point(:, b)%normal < 0.0_wp)) cycle
-         call hand_over(scene, state, b)
+         call hand_over(model, state, b)
          parted = .true.
       end do
-      if (parted) call renew_contact(scene, [(n, n=1, size(state%mass))], state)
+      if (parted) call renew_contact(model, [(n, n=1, size(state%mass))], state)
       changed = parted
       if (events == 0) return
       state%bonds%event = [state%bonds%event, event(:events)]
-      if (size(scene%deck%pore_pressure) == 0) return
-      call renew_loads(scene, state)
+      if (size(model%deck%pore_pressure) == 0) return
+      call renew_loads(model, state)
       changed = .true.
    end subroutine note_cracks
 
    !> Note that a bond broke.
-   subroutine note_event(scene, state, b, event)
-      type(scene_t), intent(in) :: scene
+   subroutine note_event(model, state, b, event)
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       integer, intent(in) :: b
       type(crack_event_t), intent(out) :: event
       real(wp) :: along(2), energy(2)
 
-      associate (x => scene%split%x, node => scene%bonds%node(:, b))
+      associate (x => model%split%x, node => model%bonds%node(:, b))
          along = x(:, node(2)) - x(:, node(1))
-         event%place = scene%split%datum + 0.5_wp*(x(:, node(1)) + x(:, node(2)))
+         event%place = model%split%datum + 0.5_wp*(x(:, node(1)) + x(:, node(2)))
       end associate
       if (along(1) < 0.0_wp) along = -along
       event%angle = atan2(along(2), along(1))/radians
       event%time = state%time
-      event%stage = scene%stage
-      event%length = scene%bonds%length(b)
+      event%stage = model%stage
+      event%length = model%bonds%length(b)
       energy = bond_energy(event%length, state%bonds%point(:, b))
       event%mode = bond_mode(energy)
       event%energy = sum(energy)
@@ -169,40 +169,40 @@ contains
    end subroutine note_event
 
    !> A bond has parted: its walls go to the contact with the stresses they have.
-   subroutine hand_over(scene, state, b)
-      type(scene_t), intent(inout) :: scene
+   subroutine hand_over(model, state, b)
+      type(model_t), intent(inout) :: model
       type(state_t), intent(inout) :: state
       integer, intent(in) :: b
       integer :: j
 
-      j = scene%bonds%fractures + b
-      call describe_bond(scene, state, b)
+      j = model%bonds%fractures + b
+      call describe_bond(model, state, b)
       state%bonds%active(b) = .false.
-      scene%joints%bonded(j) = .false.
+      model%joints%bonded(j) = .false.
       state%tractions%contact_stress(j) = state%joint(j)%sn
       state%joint(j)%u_max = abs(state%joint(j)%u)
    end subroutine hand_over
 
    !> Let the joint elements of the bonds show what the bonds feel: slip, opening, stresses.
-   subroutine describe_bonds(scene, state)
-      type(scene_t), intent(in) :: scene
+   subroutine describe_bonds(model, state)
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       integer :: b
 
-      if (.not. scene%can_break) return
+      if (.not. model%can_break) return
       do b = 1, size(state%bonds%active)
-         if (state%bonds%active(b)) call describe_bond(scene, state, b)
+         if (state%bonds%active(b)) call describe_bond(model, state, b)
       end do
    end subroutine describe_bonds
 
-   subroutine describe_bond(scene, state, b)
-      type(scene_t), intent(in) :: scene
+   subroutine describe_bond(model, state, b)
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       integer, intent(in) :: b
       type(joint_frame_t) :: frame
 
-      associate (node => scene%bonds%node(:, b), point => state%bonds%point(:, b), j => scene%bonds%fractures + b)
-         frame = joint_kinematics(scene%split%x(:, node), state%u(:, node))
+      associate (node => model%bonds%node(:, b), point => state%bonds%point(:, b), j => model%bonds%fractures + b)
+         frame = joint_kinematics(model%split%x(:, node), state%u(:, node))
          state%joint(j)%u = frame%shear/millimetre
          state%joint(j)%tau = dot_product(bond_weight, point%shear)/megapascal
          state%joint(j)%sn = max(0.0_wp, -dot_product(bond_weight, point%normal))/megapascal
@@ -212,38 +212,38 @@ contains
    end subroutine describe_bond
 
    !> Edges whose stress, the mean of the two triangles beside them, has reached the strength.
-   function overstressed_edges(scene, state) result(edge)
-      type(scene_t), intent(in) :: scene
+   function overstressed_edges(model, state) result(edge)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       integer, allocatable :: edge(:)
-      type(cohesive_t) :: rock(size(scene%deck%fracture))
+      type(cohesive_t) :: rock(size(model%deck%fracture))
       logical, allocatable :: over(:)
       real(wp), allocatable :: stress(:, :)
       real(wp) :: normal, shear
       integer :: e, t
 
-      rock%tensile_strength = scene%deck%fracture%tensile_strength
-      rock%cohesion = scene%deck%fracture%cohesion
-      rock%internal = tan(scene%deck%fracture%friction_angle*radians)
-      allocate (stress(3, size(scene%split%triangle, 2)), over(size(scene%breakable)))
+      rock%tensile_strength = model%deck%fracture%tensile_strength
+      rock%cohesion = model%deck%fracture%cohesion
+      rock%internal = tan(model%deck%fracture%friction_angle*radians)
+      allocate (stress(3, size(model%split%triangle, 2)), over(size(model%breakable)))
       do t = 1, size(stress, 2)
-         stress(:, t) = solid_stress(scene%solid, t, state%u)
+         stress(:, t) = solid_stress(model%solid, t, state%u)
       end do
       over = .false.
       do e = 1, size(over)
-         if (scene%breakable(e) == 0) cycle
-         associate (beside => scene%edges%triangle(:, e))
-            call stress_across(scene, state, e, 0.5_wp*(stress(:, beside(1)) + stress(:, beside(2))), normal, shear)
+         if (model%breakable(e) == 0) cycle
+         associate (beside => model%edges%triangle(:, e))
+            call stress_across(model, state, e, 0.5_wp*(stress(:, beside(1)) + stress(:, beside(2))), normal, shear)
          end associate
-         over(e) = overstress(rock(scene%breakable(e)), normal, shear) >= &
-            scene%deck%fracture(scene%breakable(e))%insertion_level
+         over(e) = overstress(rock(model%breakable(e)), normal, shear) >= &
+            model%deck%fracture(model%breakable(e))%insertion_level
       end do
       edge = pack([(e, e=1, size(over))], over)
    end function overstressed_edges
 
    !> Normal stress, tension positive, and shear stress across an edge, along j and i of its joint element [Pa].
-   pure subroutine stress_across(scene, state, e, stress, normal, shear)
-      type(scene_t), intent(in) :: scene
+   pure subroutine stress_across(model, state, e, stress, normal, shear)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       !> Edge of the mesh as read
       integer, intent(in) :: e
@@ -254,15 +254,15 @@ contains
       integer :: k, a, b
 
       ! The edge as the triangle on its left has it
-      associate (t => scene%edges%triangle(1, e))
+      associate (t => model%edges%triangle(1, e))
          k = 1
-         do while (scene%whole%triangle(k, t) /= scene%edges%node(1, e))
+         do while (model%whole%triangle(k, t) /= model%edges%node(1, e))
             k = k + 1
          end do
-         a = scene%split%triangle(k, t)
-         b = scene%split%triangle(next_corner(k), t)
+         a = model%split%triangle(k, t)
+         b = model%split%triangle(next_corner(k), t)
       end associate
-      i = (scene%split%x(:, b) - scene%split%x(:, a)) + (state%u(:, b) - state%u(:, a))
+      i = (model%split%x(:, b) - model%split%x(:, a)) + (state%u(:, b) - state%u(:, a))
       i = i/norm2(i)
       j = [-i(2), i(1)]
       traction = [stress(1)*j(1) + stress(3)*j(2), stress(3)*j(1) + stress(2)*j(2)]
@@ -272,8 +272,8 @@ contains
 
    !> Cut edges and let their bonds start at the stress of the rock. So do bonds that could not open until now: what they
    !> were put in with is no longer true.
-   subroutine cut_overstressed(scene, state, edge, no_jump, parent)
-      type(scene_t), intent(inout) :: scene
+   subroutine cut_overstressed(model, state, edge, no_jump, parent)
+      type(model_t), intent(inout) :: model
       type(state_t), intent(inout) :: state
       !> Edges of the mesh as read
       integer, intent(in) :: edge(:)
@@ -288,26 +288,26 @@ contains
       before = size(state%bonds%active)
       allocate (fresh(before + size(edge)), source=.true.)
       do b = 1, before
-         fresh(b) = is_closed(scene%bonds%node(:, b))
+         fresh(b) = is_closed(model%bonds%node(:, b))
       end do
-      call recut(scene, state, edge, parent)
-      scene%breakable(edge) = 0
+      call recut(model, state, edge, parent)
+      model%breakable(edge) = 0
       do b = 1, size(fresh)
          if (.not. fresh(b)) cycle
-         e = scene%cut%edge(scene%bonds%fractures + b)
-         associate (beside => scene%edges%triangle(:, e))
-            call stress_across(scene, state, e, 0.5_wp*(solid_stress(scene%solid, beside(1), state%u) + &
-                                                        solid_stress(scene%solid, beside(2), state%u)), normal, shear)
+         e = model%cut%edge(model%bonds%fractures + b)
+         associate (beside => model%edges%triangle(:, e))
+            call stress_across(model, state, e, 0.5_wp*(solid_stress(model%solid, beside(1), state%u) + &
+                                                        solid_stress(model%solid, beside(2), state%u)), normal, shear)
          end associate
-         call start_bond(scene%bonds, state%bonds, b, rock_law(scene, scene%bonds%fractures + b, scene%bonds%setting(b)), &
+         call start_bond(model%bonds, state%bonds, b, rock_law(model, model%bonds%fractures + b, model%bonds%setting(b)), &
                          normal, shear, no_jump)
       end do
    end subroutine cut_overstressed
 
    !> Note what has broken and cut the edges whose stress has reached the strength, in a state of rest. No force is held back:
    !> equilibrium is to be found anew.
-   subroutine crack_at_rest(scene, state, changed, parent)
-      type(scene_t), intent(inout) :: scene
+   subroutine crack_at_rest(model, state, changed, parent)
+      type(model_t), intent(inout) :: model
       type(state_t), intent(inout) :: state
       !> Have mesh or contact changed, so that there is no equilibrium any more?
       logical, intent(out) :: changed
@@ -315,12 +315,12 @@ contains
       integer, allocatable, intent(out) :: parent(:)
       integer, allocatable :: edge(:)
 
-      call note_cracks(scene, state, changed)
-      if (.not. scene%is_adaptive) return
-      edge = overstressed_edges(scene, state)
+      call note_cracks(model, state, changed)
+      if (.not. model%is_adaptive) return
+      edge = overstressed_edges(model, state)
       if (size(edge) == 0) return
       changed = .true.
-      call cut_overstressed(scene, state, edge, .false., parent)
+      call cut_overstressed(model, state, edge, .false., parent)
    end subroutine crack_at_rest
 
    !> Hold back the forces that new cuts would set free at once, and let go of them over some passages of a wave through

@@ -5,7 +5,7 @@ module effort_m
    use errors_m, only: error_list_t
    use log_m, only: log_t
    use text_m, only: to_text
-   use scene_m, only: scene_t, begin_stage
+   use model_m, only: model_t, begin_stage
    use solver_choice_m, only: solver_explicit
    use stable_step_m, only: first_step
    use state_m, only: state_t
@@ -24,51 +24,51 @@ module effort_m
 contains
 
    !> Say what the run has to do; an error when that is very long and the deck does not say that it is meant.
-   subroutine check_effort(scene, state, log, errors)
+   subroutine check_effort(model, state, log, errors)
       !> As it was built, before the first stage
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(log_t), intent(in) :: log
       type(error_list_t), intent(inout) :: errors
       character(len=:), allocatable :: effort
       real(wp) :: steps, work
 
-      steps = estimated_steps(scene, state)
-      work = steps*real(size(scene%split%triangle, 2), wp)
-      effort = 'about '//count_text(steps)//' steps of '//to_text(size(scene%split%triangle, 2))//' triangles'
-      if (scene%solver /= solver_explicit) &
-         effort = count_text(steps/steps_an_increment)//' increments of '//to_text(size(scene%split%triangle, 2))//' triangles'
+      steps = estimated_steps(model, state)
+      work = steps*real(size(model%split%triangle, 2), wp)
+      effort = 'about '//count_text(steps)//' steps of '//to_text(size(model%split%triangle, 2))//' triangles'
+      if (model%solver /= solver_explicit) &
+         effort = count_text(steps/steps_an_increment)//' increments of '//to_text(size(model%split%triangle, 2))//' triangles'
       effort = effort//', '//duration_text(seconds_each*work)
       call log%say('effort    '//effort)
-      if (work <= long_run .or. scene%deck%run%long) return
-      call errors%add(scene%deck%path//':'//to_text(scene%deck%run%line)//': &run long = .false.: the run would take '//effort// &
+      if (work <= long_run .or. model%deck%run%long) return
+      call errors%add(model%deck%path//':'//to_text(model%deck%run%line)//': &run long = .false.: the run would take '//effort// &
                       ' (from cycles, times, stable step and mesh); if that is meant, give long = .true.')
    end subroutine check_effort
 
    !> Steps of the run, from the step that is stable now; increments of the other solvers count as many. A rest that ends at
    !> equilibrium counts as long as the move before it.
-   real(wp) function estimated_steps(scene, state) result(steps)
-      type(scene_t), intent(in) :: scene
+   real(wp) function estimated_steps(model, state) result(steps)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
-      type(scene_t) :: trial
+      type(model_t) :: trial
       type(state_t) :: trial_state
       real(wp) :: step, rest
       integer :: s
 
-      if (scene%solver /= solver_explicit) then
-         steps = steps_an_increment*sum(real(scene%deck%stage%cycles, wp))
+      if (model%solver /= solver_explicit) then
+         steps = steps_an_increment*sum(real(model%deck%stage%cycles, wp))
          return
       end if
       ! Loads and supports of the first stage, which tell which nodes can move, on copies
-      trial = scene
+      trial = model
       trial_state = state
       call begin_stage(trial, 1, trial_state)
       step = first_step(trial, trial_state)
       steps = 0.0_wp
-      associate (stage => scene%deck%stage)
+      associate (stage => model%deck%stage)
          do s = 1, size(stage)
             rest = max(0.0_wp, stage(s)%rest_time)
-            if (scene%until_balanced(s)) rest = stage(s)%move_time
+            if (model%until_balanced(s)) rest = stage(s)%move_time
             steps = steps + real(stage(s)%cycles, wp)*(whole_steps(stage(s)%move_time) + whole_steps(rest))
          end do
       end associate

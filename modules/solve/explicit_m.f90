@@ -7,7 +7,7 @@ module explicit_m
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use state_m, only: state_t, kinetic_energy
    use solid_m, only: strain_energy
    use forces_m, only: find_forces
@@ -52,16 +52,16 @@ module explicit_m
 contains
 
    !> Open the energy account with what the initial velocities bring.
-   subroutine start_account(scene, state)
-      type(scene_t), intent(in) :: scene
+   subroutine start_account(model, state)
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
 
-      state%energy%initial = kinetic_energy(state%mass, state%v) + strain_energy(scene%solid, state%u)
+      state%energy%initial = kinetic_energy(state%mass, state%v) + strain_energy(model%solid, state%u)
    end subroutine start_account
 
    !> One cycle of a stage: move, then rest. On failure errors says when, where and what.
-   subroutine explicit_cycle(scene, stage, cycle, log, progress, state, report, errors)
-      type(scene_t), intent(inout) :: scene
+   subroutine explicit_cycle(model, stage, cycle, log, progress, state, report, errors)
+      type(model_t), intent(inout) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
@@ -72,28 +72,28 @@ contains
       real(wp) :: rest_time
       logical :: searched
 
-      associate (settings => scene%deck%stage(stage))
-         call march(scene, stage, cycle, settings%move_time, .true., log, progress, state, report, errors)
+      associate (settings => model%deck%stage(stage))
+         call march(model, stage, cycle, settings%move_time, .true., log, progress, state, report, errors)
          rest_time = settings%rest_time
-         if (scene%until_balanced(stage)) rest_time = scene%longest_rest(stage)
+         if (model%until_balanced(stage)) rest_time = model%longest_rest(stage)
          if (rest_time > 0.0_wp .and. .not. (errors%any() .or. report%interrupted)) &
-            call march(scene, stage, cycle, rest_time, .false., log, progress, state, report, errors)
+            call march(model, stage, cycle, rest_time, .false., log, progress, state, report, errors)
          if (abs(state%energy%external) > 0.0_wp) report%overshoot = sqrt(report%overshoot/abs(state%energy%external))
-         report%unbalanced = unbalanced_ratio(scene%loads, state)
-         if (scene%until_balanced(stage)) report%balanced = report%unbalanced <= settings%equilibrium
+         report%unbalanced = unbalanced_ratio(model%loads, state)
+         if (model%until_balanced(stage)) report%balanced = report%unbalanced <= settings%equilibrium
          if (errors%any() .or. report%interrupted) return
          ! Stresses and joints as they are now: those of the last step were found before it moved the nodes
-         call find_forces(scene, real(cycle, wp)/real(settings%cycles, wp), state, searched)
+         call find_forces(model, real(cycle, wp)/real(settings%cycles, wp), state, searched)
       end associate
       state%energy%kinetic = kinetic_energy(state%mass, state%v)
-      state%energy%strain = strain_energy(scene%solid, state%u)
-      state%energy%fracture = bonds_work(scene%bonds, state%bonds)
-      call describe_bonds(scene, state)
+      state%energy%strain = strain_energy(model%solid, state%u)
+      state%energy%fracture = bonds_work(model%bonds, state%bonds)
+      call describe_bonds(model, state)
    end subroutine explicit_cycle
 
    !> Step through a move or a rest of given duration; a rest may end sooner, at equilibrium.
-   subroutine march(scene, stage, cycle, duration, moving, log, progress, state, report, errors)
-      type(scene_t), intent(inout) :: scene
+   subroutine march(model, stage, cycle, duration, moving, log, progress, state, report, errors)
+      type(model_t), intent(inout) :: model
       integer, intent(in) :: stage, cycle
       !> Time to cover [s]
       real(wp), intent(in) :: duration
@@ -111,17 +111,17 @@ contains
 
       if (duration <= 0.0_wp) return
       ! What is driven at a given speed has that much kinetic energy, however slowly it goes
-      by_loads = .not. moving .or. .not. any(abs(scene%loads%velocity) > 0.0_wp)
+      by_loads = .not. moving .or. .not. any(abs(model%loads%velocity) > 0.0_wp)
       elapsed = 0.0_wp
       since_look = 0
       call fit_step()
       do while (steps_left > 0_i8)
          fraction = elapsed/duration
-         call profile(scene, stage, moving, fraction, 0.5_wp*dt/duration, part, motion)
-         level = (real(cycle - 1, wp) + part)/real(scene%deck%stage(stage)%cycles, wp)
-         call find_forces(scene, level, state, searched)
-         call move_nodes(scene%loads, motion, scene%local_damping, dt, state)
-         if (scene%can_break) call account_release(dt, state)
+         call profile(model, stage, moving, fraction, 0.5_wp*dt/duration, part, motion)
+         level = (real(cycle - 1, wp) + part)/real(model%deck%stage(stage)%cycles, wp)
+         call find_forces(model, level, state, searched)
+         call move_nodes(model%loads, motion, model%local_damping, dt, state)
+         if (model%can_break) call account_release(dt, state)
          elapsed = elapsed + dt
          state%time = state%time + dt
          state%step = state%step + 1_i8
@@ -132,31 +132,31 @@ contains
          if (report%interrupted) return
          ! Every step, since an unstable motion can grow a hundredfold in each. A comparison with NaN is false.
          if (.not. state%energy%kinetic < absurd_energy) then
-            call report_failure(scene, stage, cycle, state, dt, errors)
+            call report_failure(model, stage, cycle, state, dt, errors)
             return
          end if
          changed = .false.
-         if (scene%can_break) then
-            if (mod(state%step, int(scene%check_every, i8)) == 0_i8) call let_crack(scene, level, state, changed)
+         if (model%can_break) then
+            if (mod(state%step, int(model%check_every, i8)) == 0_i8) call let_crack(model, level, state, changed)
          end if
          ! After the last step there is nothing left to divide
          if (steps_left > 0_i8 .and. &
-             (searched .or. changed .or. state%walls%moved_on .or. have_stiffened(scene%joints, state%tractions) .or. &
-              .not. scene%deck%plan%skip_step)) call fit_step()
+             (searched .or. changed .or. state%walls%moved_on .or. have_stiffened(model%joints, state%tractions) .or. &
+              .not. model%deck%plan%skip_step)) call fit_step()
          since_look = since_look + 1
          if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
          since_look = 0
-         call progress%tick(log, fraction_done(scene, stage, cycle, moving, elapsed/duration))
-         if (size(scene%corners%stiffness) > 0) then
+         call progress%tick(log, fraction_done(model, stage, cycle, moving, elapsed/duration))
+         if (size(model%corners%stiffness) > 0) then
             changed = .false.
-            if (steps_left == 0_i8 .or. unbalanced_ratio(scene%loads, state) <= calm) then
-               call decide_corners(scene%corners, state%u, state%corners, changed)
+            if (steps_left == 0_i8 .or. unbalanced_ratio(model%loads, state) <= calm) then
+               call decide_corners(model%corners, state%u, state%corners, changed)
                call press_further(state%corners)
             end if
             if (changed .and. steps_left > 0_i8) call fit_step()
          end if
-         if (.not. moving .and. scene%until_balanced(stage)) then
-            if (unbalanced_ratio(scene%loads, state) <= scene%deck%stage(stage)%equilibrium) return
+         if (.not. moving .and. model%until_balanced(stage)) then
+            if (unbalanced_ratio(model%loads, state) <= model%deck%stage(stage)%equilibrium) return
          end if
       end do
 
@@ -166,7 +166,7 @@ contains
       subroutine fit_step()
          real(wp) :: longest
 
-         longest = stable_step(scene, state)
+         longest = stable_step(model, state)
          steps_left = max(1_i8, ceiling((duration - elapsed)/longest - 1.0e-9_wp, i8))
          dt = (duration - elapsed)/real(steps_left, wp)
          report%smallest_step = min(report%smallest_step, dt)
@@ -176,8 +176,8 @@ contains
 
    !> Where loads and prescribed motion stand at a fraction of a move: the part of the cycle's load increment that is on
    !> at its end, and the factor of the prescribed velocities over the step. A rest has all of the increment and no motion.
-   pure subroutine profile(scene, stage, moving, fraction, half_step, part, motion)
-      type(scene_t), intent(in) :: scene
+   pure subroutine profile(model, stage, moving, fraction, half_step, part, motion)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage
       logical, intent(in) :: moving
       !> Fraction of the move that is over at the start of the step, and half a step as a fraction of the move
@@ -187,7 +187,7 @@ contains
       part = 1.0_wp
       motion = 0.0_wp
       if (.not. moving) return
-      if (scene%deck%stage(stage)%profile == 'smooth') then
+      if (model%deck%stage(stage)%profile == 'smooth') then
          part = smooth_ramp(fraction)
          ! The mean rate over the step, so that the move covers its distance exactly
          motion = (smooth_ramp(fraction + 2.0_wp*half_step) - part)/(2.0_wp*half_step)
@@ -199,8 +199,8 @@ contains
 
    !> Note what has broken and cut the edges whose stress has reached the strength. The cut changes no acceleration: what
    !> the new bonds do not carry is held back and let go of smoothly.
-   subroutine let_crack(scene, level, state, changed)
-      type(scene_t), intent(inout) :: scene
+   subroutine let_crack(model, level, state, changed)
+      type(model_t), intent(inout) :: model
       !> Loads: 0 at the start of the stage, 1 at its end
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
@@ -210,16 +210,16 @@ contains
       real(wp), allocatable :: acceleration(:, :)
       logical :: searched
 
-      call note_cracks(scene, state, changed)
-      if (.not. scene%is_adaptive) return
-      edge = overstressed_edges(scene, state)
+      call note_cracks(model, state, changed)
+      if (.not. model%is_adaptive) return
+      edge = overstressed_edges(model, state)
       if (size(edge) == 0) return
       changed = .true.
-      call find_forces(scene, level, state, searched)
+      call find_forces(model, level, state, searched)
       acceleration = total_force(state)/spread(state%mass, 1, 2)
-      call cut_overstressed(scene, state, edge, .true., parent)
-      call restart_release(scene%solid, parent, state)
-      call find_forces(scene, level, state, searched)
+      call cut_overstressed(model, state, edge, .true., parent)
+      call restart_release(model%solid, parent, state)
+      call find_forces(model, level, state, searched)
       call hold_back(parent, acceleration, total_force(state), state)
    end subroutine let_crack
 
@@ -244,8 +244,8 @@ contains
    end function total_force
 
    !> Say when and where the motion has grown out of all bounds.
-   subroutine report_failure(scene, stage, cycle, state, dt, errors)
-      type(scene_t), intent(in) :: scene
+   subroutine report_failure(model, stage, cycle, state, dt, errors)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: dt
@@ -261,16 +261,16 @@ contains
       end do
       if (worst == 0) worst = maxloc(speed, dim=1)
       call errors%add('the velocity has grown to '//to_text(speed(worst))//' m/s at time '//to_text(state%time)//' s (stage '''// &
-                      trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', step '//to_text(state%step)// &
+                      trim(model%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', step '//to_text(state%step)// &
                       ', dt '//to_text(dt)//' s), most at node '//to_text(worst)//' near '// &
-                      place_text(scene%split%x(:, worst), scene%split%datum)// &
-                      '; try a smaller &explicit '//trim(merge('step  ', 'safety', is_set(scene%deck%explicit%step)))// &
+                      place_text(model%split%x(:, worst), model%split%datum)// &
+                      '; try a smaller &explicit '//trim(merge('step  ', 'safety', is_set(model%deck%explicit%step)))// &
                       ', or check penalty and boundary conditions there')
    end subroutine report_failure
 
    !> Part of the whole run that is done, for the progress line: cycles weigh by their duration.
-   pure real(wp) function fraction_done(scene, stage, cycle, moving, part) result(done)
-      type(scene_t), intent(in) :: scene
+   pure real(wp) function fraction_done(model, stage, cycle, moving, part) result(done)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
       logical, intent(in) :: moving
       real(wp), intent(in) :: part
@@ -279,13 +279,13 @@ contains
 
       total = 0.0_wp
       before = 0.0_wp
-      do s = 1, size(scene%deck%stage)
-         move = scene%deck%stage(s)%move_time
-         rest = max(scene%deck%stage(s)%rest_time, 0.0_wp)
-         if (scene%until_balanced(s)) rest = max(rest, move)
-         if (s < stage) before = before + real(scene%deck%stage(s)%cycles, wp)*(move + rest)
+      do s = 1, size(model%deck%stage)
+         move = model%deck%stage(s)%move_time
+         rest = max(model%deck%stage(s)%rest_time, 0.0_wp)
+         if (model%until_balanced(s)) rest = max(rest, move)
+         if (s < stage) before = before + real(model%deck%stage(s)%cycles, wp)*(move + rest)
          if (s == stage) before = before + real(cycle - 1, wp)*(move + rest) + merge(part*move, move + part*rest, moving)
-         total = total + real(scene%deck%stage(s)%cycles, wp)*(move + rest)
+         total = total + real(model%deck%stage(s)%cycles, wp)*(move + rest)
       end do
       done = 0.0_wp
       if (total > 0.0_wp) done = min(1.0_wp, before/total)

@@ -14,7 +14,7 @@ module fluid_coupling_m
    use joint_law_m, only: law_item_t
    use log_m, only: log_t, progress_t
    use pore_pressure_m, only: press_rock, press_walls
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use state_m, only: state_t
    use text_m, only: to_text, quoted
    implicit none
@@ -49,10 +49,10 @@ contains
    end function is_two_way
 
    !> One cycle, done again with the pressure of its own apertures until they agree.
-   subroutine coupled_cycle(self, solver, scene, stage, cycle, log, progress, state, report, errors)
+   subroutine coupled_cycle(self, solver, model, stage, cycle, log, progress, state, report, errors)
       type(fluid_coupling_t), intent(inout) :: self
       type(implicit_solver_t), intent(inout) :: solver
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
@@ -65,34 +65,34 @@ contains
       real(wp) :: part, apart
       integer :: pass
 
-      if (.not. self%started) call start_coupling(self, scene, stage, cycle, state, errors)
-      if (stage /= self%stage) call take_stage(self, scene, stage)
+      if (.not. self%started) call start_coupling(self, model, stage, cycle, state, errors)
+      if (stage /= self%stage) call take_stage(self, model, stage)
       if (errors%any()) return
       start = state
       before = self%force
-      call set_moment(self%model, stage, real(cycle, wp)/real(scene%deck%stage(stage)%cycles, wp))
-      call fluid_loads(self, scene, state, trial, errors)
+      call set_moment(self%model, stage, real(cycle, wp)/real(model%deck%stage(stage)%cycles, wp))
+      call fluid_loads(self, model, state, trial, errors)
       allocate (miss(2, size(before, 2)), last_miss(2, size(before, 2)), source=0.0_wp)
       part = first_part
-      do pass = 1, scene%deck%flow%max_passes
+      do pass = 1, model%deck%flow%max_passes
          if (errors%any()) return
-         call set_loads(self, scene, cycle, before, trial)
+         call set_loads(self, model, cycle, before, trial)
          state = start
          state%load_level = unset
-         call implicit_cycle(solver, scene, stage, cycle, log, progress, state, report, errors)
+         call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors)
          if (errors%any() .or. report%interrupted) return
-         call fluid_loads(self, scene, state, found, errors)
+         call fluid_loads(self, model, state, found, errors)
          if (errors%any()) return
          miss = found - trial
          apart = maxval(abs(miss))/max(maxval(abs(found)), maxval(abs(trial)), tiny(apart))
          self%force = trial
-         if (apart <= scene%deck%flow%tolerance) return
+         if (apart <= model%deck%flow%tolerance) return
          if (pass > 1) part = aitken(part, miss, last_miss)
          last_miss = miss
          trial = trial + part*miss
       end do
-      call errors%add('stage '//quoted(scene%deck%stage(stage)%name)//', cycle '//to_text(cycle)//': pressure of the fluid and '// &
-                  'apertures do not agree after '//to_text(scene%deck%flow%max_passes)//' passes; the loads of the fluid still '// &
+      call errors%add('stage '//quoted(model%deck%stage(stage)%name)//', cycle '//to_text(cycle)//': pressure of the fluid and '// &
+                  'apertures do not agree after '//to_text(model%deck%flow%max_passes)//' passes; the loads of the fluid still '// &
                       'change by '//to_text(100.0_wp*apart)//' % of the largest. Try more cycles, or a larger max_passes of &flow')
    end subroutine coupled_cycle
 
@@ -109,53 +109,53 @@ contains
    end function aitken
 
    !> Build the flow model. A run that goes on from a checkpoint has the fluid's loads already.
-   subroutine start_coupling(self, scene, stage, cycle, state, errors)
+   subroutine start_coupling(self, model, stage, cycle, state, errors)
       type(fluid_coupling_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       !> Stage and cycle that begin
       integer, intent(in) :: stage, cycle
       type(state_t), intent(in) :: state
       type(error_list_t), intent(inout) :: errors
 
-      call init_flow_model(scene%deck, scene%whole, self%model)
-      allocate (self%force(2, size(scene%split%x, 2)), self%added(2, size(scene%split%x, 2)), source=0.0_wp)
-      call set_moment(self%model, stage, real(cycle - 1, wp)/real(scene%deck%stage(stage)%cycles, wp))
-      if (state%step > 0) call fluid_loads(self, scene, state, self%force, errors)
+      call init_flow_model(model%deck, model%whole, self%model)
+      allocate (self%force(2, size(model%split%x, 2)), self%added(2, size(model%split%x, 2)), source=0.0_wp)
+      call set_moment(self%model, stage, real(cycle - 1, wp)/real(model%deck%stage(stage)%cycles, wp))
+      if (state%step > 0) call fluid_loads(self, model, state, self%force, errors)
       self%started = .true.
    end subroutine start_coupling
 
    !> The loads of a new stage without the fluid's.
-   subroutine take_stage(self, scene, stage)
+   subroutine take_stage(self, model, stage)
       type(fluid_coupling_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage
 
-      self%dead_start = scene%loads%dead_start - self%added
-      self%dead_end = scene%loads%dead_end
+      self%dead_start = model%loads%dead_start - self%added
+      self%dead_end = model%loads%dead_end
       self%stage = stage
    end subroutine take_stage
 
    !> Make the loads of the stage such that those of the fluid go from one value to the other in this cycle.
-   subroutine set_loads(self, scene, cycle, from, to)
+   subroutine set_loads(self, model, cycle, from, to)
       type(fluid_coupling_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       integer, intent(in) :: cycle
       !> Loads of the fluid at the start and end of the cycle (2, nodes) [N per m of thickness]
       real(wp), intent(in) :: from(:, :), to(:, :)
       real(wp) :: cycles
 
       ! Loads are linear in the level, which goes from (cycle - 1)/cycles to cycle/cycles
-      cycles = real(scene%deck%stage(self%stage)%cycles, wp)
-      scene%loads%dead_start = self%dead_start + from - real(cycle - 1, wp)*(to - from)
-      scene%loads%dead_end = self%dead_end + from + (cycles - real(cycle - 1, wp))*(to - from)
-      scene%loads%dead_changes = .true.
+      cycles = real(model%deck%stage(self%stage)%cycles, wp)
+      model%loads%dead_start = self%dead_start + from - real(cycle - 1, wp)*(to - from)
+      model%loads%dead_end = self%dead_end + from + (cycles - real(cycle - 1, wp))*(to - from)
+      model%loads%dead_changes = .true.
       self%added = to
    end subroutine set_loads
 
    !> Loads of the fluid for the apertures of a state: the pressure they lead to pushes walls and rock.
-   subroutine fluid_loads(self, scene, state, force, errors)
+   subroutine fluid_loads(self, model, state, force, errors)
       type(fluid_coupling_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       !> (2, nodes) [N per m of thickness]
       real(wp), allocatable, intent(inout) :: force(:, :)
@@ -163,47 +163,47 @@ contains
       type(boundary_flow_t) :: flow
       logical, allocatable :: filled(:)
       integer, allocatable :: line(:, :)
-      real(wp) :: in_rock(size(scene%split%triangle, 2)), in_crack(size(scene%split%joint, 2))
+      real(wp) :: in_rock(size(model%split%triangle, 2)), in_crack(size(model%split%joint, 2))
       real(wp), allocatable :: pressure(:)
       integer :: i
 
-      call conducting_lines(scene, state, line, filled)
-      call set_lines(self%model, scene%whole, line, scene%split%joint_group, scene%topology%edge_of_joint)
+      call conducting_lines(model, state, line, filled)
+      call set_lines(self%model, model%whole, line, model%split%joint_group, model%topology%edge_of_joint)
       call set_apertures(self%model, state%aperture, state%joint%ratio, &
-                         mobilised_roughness(scene%joints%law, state%joint%ratio, state%joint%sn), filled)
+                         mobilised_roughness(model%joints%law, state%joint%ratio, state%joint%sn), filled)
       call solve_boundary_flow(self%model, flow, errors)
       if (errors%any()) return
       ! Where no prescribed pressure is felt there is none
       pressure = flow%field%pressure
       where (.not. flow%reached) pressure = 0.0_wp
       do i = 1, size(in_rock)
-         in_rock(i) = self%model%biot(i)*sum(pressure(scene%whole%triangle(:, i)))/3.0_wp
+         in_rock(i) = self%model%biot(i)*sum(pressure(model%whole%triangle(:, i)))/3.0_wp
       end do
       do i = 1, size(in_crack)
          in_crack(i) = 0.5_wp*sum(pressure(line(:, i)))
       end do
-      if (.not. allocated(force)) allocate (force(2, size(scene%split%x, 2)))
+      if (.not. allocated(force)) allocate (force(2, size(model%split%x, 2)))
       force = 0.0_wp
-      call press_rock(scene%split, in_rock, force)
-      call press_walls(scene%split, in_rock, in_crack, filled, force)
+      call press_rock(model%split, in_rock, force)
+      call press_walls(model%split, in_rock, in_crack, filled, force)
    end subroutine fluid_loads
 
    !> Joint elements as lines of the mesh as read, and whether they can conduct: fractures, and cracks that have broken.
-   subroutine conducting_lines(scene, state, line, filled)
-      type(scene_t), intent(in) :: scene
+   subroutine conducting_lines(model, state, line, filled)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       !> Nodes of the mesh as read (2, joints)
       integer, allocatable, intent(out) :: line(:, :)
       logical, allocatable, intent(out) :: filled(:)
       integer :: j
 
-      allocate (line(2, size(scene%split%joint, 2)))
+      allocate (line(2, size(model%split%joint, 2)))
       do j = 1, size(line, 2)
-         line(:, j) = scene%split%origin(scene%split%joint(1:2, j))
+         line(:, j) = model%split%origin(model%split%joint(1:2, j))
       end do
       allocate (filled(size(line, 2)), source=.true.)
       ! Bonds that hold do not conduct
-      if (scene%can_break) filled(scene%bonds%fractures + 1:) = state%bonds%broken
+      if (model%can_break) filled(model%bonds%fractures + 1:) = state%bonds%broken
    end subroutine conducting_lines
 
    !> Mobilised JRC of each joint [-]; 0 for laws that know no mobilisation.

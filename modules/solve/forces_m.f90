@@ -1,7 +1,7 @@
 !> The forces of every solver, found in one place: loads, rock, bonds, viscosity, walls with their corners, other surfaces.
 module forces_m
    use kinds_m, only: wp
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use solver_choice_m, only: solver_implicit
    use state_m, only: state_t
    use solid_m, only: solid_forces, viscous_forces
@@ -21,8 +21,8 @@ contains
 
    !> All nodal forces at the current displacement, joints and bonds taken there in one step from what they remember. The terms
    !> are added in the order loads, rock, bonds, viscosity, walls, other surfaces; those that a scene does not need are not there.
-   subroutine find_forces(scene, level, state, searched)
-      type(scene_t), intent(in) :: scene
+   subroutine find_forces(model, level, state, searched)
+      type(model_t), intent(in) :: model
       !> Loads: 0 at the start of the stage, 1 at its end
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
@@ -32,31 +32,31 @@ contains
       logical :: others
 
       searched = .false.
-      call nodal_loads(scene%loads, scene%split%x, state%u, level, state%load_level, state%load)
+      call nodal_loads(model%loads, model%split%x, state%u, level, state%load_level, state%load)
       call clear(state%solid)
-      call solid_forces(scene%solid, state%u, state%solid)
-      if (scene%can_break) then
-         call hold_together(scene%bonds, scene%split%x, state%u, state%bonds, state%solid)
+      call solid_forces(model%solid, state%u, state%solid)
+      if (model%can_break) then
+         call hold_together(model%bonds, model%split%x, state%u, state%bonds, state%solid)
          if (release_factor(state) > 0.0_wp) &
             state%solid = state%solid + release_factor(state)*state%release
       end if
       if (size(state%damping, 2) > 0) then
          call clear(state%damping)
-         call viscous_forces(scene%solid, state%u, state%v, state%damping)
+         call viscous_forces(model%solid, state%u, state%v, state%damping)
       end if
-      others = scene%has_contact .and. scene%solver /= solver_implicit
-      if (scene%has_walls .or. others) then
-         call clear_at(scene%touching, state%normal)
-         call clear_at(scene%touching, state%friction)
+      others = model%has_contact .and. model%solver /= solver_implicit
+      if (model%has_walls .or. others) then
+         call clear_at(model%touching, state%normal)
+         call clear_at(model%touching, state%friction)
       end if
-      if (scene%has_walls) then
-         call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
-         call couple_walls(scene%joints, scene%walls, state%walls, scene%solid, scene%split%x, state%u, state%v, &
+      if (model%has_walls) then
+         call find_overlaps(model%walls, model%split%x, state%u, state%walls)
+         call couple_walls(model%joints, model%walls, state%walls, model%solid, model%split%x, state%u, state%v, &
                            state%tractions, state%joint, state%opening, state%aperture)
          call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
-         call add_corner_forces(scene%corners, state%corners, state%u, state%normal)
+         call add_corner_forces(model%corners, state%corners, state%u, state%normal)
       end if
-      if (others) call find_contact_forces(scene, state, searched)
+      if (others) call find_contact_forces(model, state, searched)
    end subroutine find_forces
 
    !> No force yet: contiguous, so that the compiler clears whole lines of memory.
@@ -78,29 +78,29 @@ contains
    end subroutine clear_at
 
    !> Forces between surfaces that meet, with a new search when something has moved half the skin.
-   subroutine find_contact_forces(scene, state, searched)
-      type(scene_t), intent(in) :: scene
+   subroutine find_contact_forces(model, state, searched)
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       logical, intent(out) :: searched
       type(contact_energy_t) :: energy
       real(wp) :: normal(size(state%joint)), shear(size(state%joint))
       integer :: e
 
-      searched = scene%contact%needs_search(state%contact, state%u)
-      if (searched) call scene%contact%search(scene%exposed, state%u, state%contact)
-      if (scene%has_potential_joints) then
-         call scene%contact%joint_tractions(state%contact, scene%exposed, normal, shear)
-         call couple_potential(scene%joints, scene%solid, scene%split%x, state%u, normal, shear, state%tractions, &
+      searched = model%contact%needs_search(state%contact, state%u)
+      if (searched) call model%contact%search(model%exposed, state%u, state%contact)
+      if (model%has_potential_joints) then
+         call model%contact%joint_tractions(state%contact, model%exposed, normal, shear)
+         call couple_potential(model%joints, model%solid, model%split%x, state%u, normal, shear, state%tractions, &
                                state%joint, state%opening, state%aperture)
          do e = 1, size(state%surface_friction)
-            associate (j => scene%exposed%surface_joint(e))
+            associate (j => model%exposed%surface_joint(e))
                if (j == 0) cycle
                ! Walls in wall contact have their own friction, and that of surfaces where they meet others
-               if (.not. scene%joints%wall_handled(j)) state%surface_friction(e) = state%joint(j)%mu_mob              ! (33)
+               if (.not. model%joints%wall_handled(j)) state%surface_friction(e) = state%joint(j)%mu_mob              ! (33)
             end associate
          end do
       end if
-      call scene%contact%forces(scene%exposed, state%u, state%v, state%surface_friction, state%contact, state%normal, &
+      call model%contact%forces(model%exposed, state%u, state%v, state%surface_friction, state%contact, state%normal, &
                                 state%friction, energy)
    end subroutine find_contact_forces
 

@@ -12,7 +12,7 @@ module implicit_m
    use text_m, only: to_text, quoted
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use state_m, only: state_t
    use motion_m, only: unbalanced_ratio
    use support_m, only: find_loose
@@ -73,9 +73,9 @@ module implicit_m
 contains
 
    !> One cycle of a stage, in as many increments as it needs. On failure errors says when, where and what.
-   subroutine implicit_cycle(self, scene, stage, cycle, log, progress, state, report, errors)
+   subroutine implicit_cycle(self, model, stage, cycle, log, progress, state, report, errors)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
@@ -88,19 +88,19 @@ contains
       integer :: iterations, ending
       logical :: found
 
-      if (stage /= self%stage) call prepare_stage(self, scene, stage, cycle, log, state, errors)
+      if (stage /= self%stage) call prepare_stage(self, model, stage, cycle, log, state, errors)
       if (errors%any()) return
       done = 0.0_wp
       do while (done < 1.0_wp)
          part = min(state%guess%part, 1.0_wp - done)
-         duration = part*scene%deck%stage(stage)%move_time
-         level = (real(cycle - 1, wp) + min(1.0_wp, done + part))/real(scene%deck%stage(stage)%cycles, wp)
-         call start_increment_at(scene, level, duration, state, increment)
-         call first_guess(scene, part, duration, increment, state)
-         call equilibrate(self, scene, increment, scene%rest_tolerance(), state, iterations, found)
+         duration = part*model%deck%stage(stage)%move_time
+         level = (real(cycle - 1, wp) + min(1.0_wp, done + part))/real(model%deck%stage(stage)%cycles, wp)
+         call start_increment_at(model, level, duration, state, increment)
+         call first_guess(model, part, duration, increment, state)
+         call equilibrate(self, model, increment, model%rest_tolerance(), state, iterations, found)
          if (found) then
-            call hold_corners(self, scene, increment, state, iterations)
-            call account_increment(scene, increment%start, state)
+            call hold_corners(self, model, increment, state, iterations)
+            call account_increment(model, increment%start, state)
             state%guess%move = state%u - increment%start%u
             state%guess%move_part = part
             if (iterations <= easy) state%guess%part = min(1.0_wp, 2.0_wp*state%guess%part)
@@ -108,25 +108,25 @@ contains
             call give_up_increment(self, increment, state)
             state%guess%part = 0.5_wp*state%guess%part
             if (allocated(self%failure)) then
-               call report_linear_failure(self, scene, stage, cycle, level, state, report, errors)
+               call report_linear_failure(self, model, stage, cycle, level, state, report, errors)
                return
             end if
-            if (state%guess%part >= 0.5_wp**scene%deck%implicit%largest_cut) cycle
-            call follow(self, scene, level, duration, state, ending)
+            if (state%guess%part >= 0.5_wp**model%deck%implicit%largest_cut) cycle
+            call follow(self, model, level, duration, state, ending)
             found = ending == end_rest
             state%guess%move_part = 0.0_wp
-            state%guess%part = 0.5_wp**scene%deck%implicit%largest_cut
+            state%guess%part = 0.5_wp**model%deck%implicit%largest_cut
          end if
-         if (found .and. scene%can_break) then
-            call let_crack(self, scene, level, state, ending)
+         if (found .and. model%can_break) then
+            call let_crack(self, model, level, state, ending)
             found = ending == end_rest
          end if
          if (.not. found) then
             if (ending == end_linear) then
-               call report_linear_failure(self, scene, stage, cycle, level, state, report, errors)
+               call report_linear_failure(self, model, stage, cycle, level, state, report, errors)
                return
             end if
-            call report_failure(self, scene, stage, cycle, level, duration, ending, increment, state, report, errors)
+            call report_failure(self, model, stage, cycle, level, duration, ending, increment, state, report, errors)
             return
          end if
          done = done + part
@@ -135,21 +135,21 @@ contains
          state%step = state%step + 1_i8
          report%steps = report%steps + 1_i8
          report%smallest_step = min(report%smallest_step, duration)
-         call progress%tick(log, fraction_done(scene, stage, cycle, .true., done))
+         call progress%tick(log, fraction_done(model, stage, cycle, .true., done))
          if (done < 1.0_wp) report%interrupted = stop_wanted()
          if (report%interrupted) return
       end do
-      if (scene%has_contact) call check_other_contact(self, scene, stage, log, state, errors)
-      state%time = state%time + max(0.0_wp, scene%deck%stage(stage)%rest_time)
-      report%unbalanced = unbalanced_ratio(scene%loads, state)
-      call describe_bonds(scene, state)
+      if (model%has_contact) call check_other_contact(self, model, stage, log, state, errors)
+      state%time = state%time + max(0.0_wp, model%deck%stage(stage)%rest_time)
+      report%unbalanced = unbalanced_ratio(model%loads, state)
+      call describe_bonds(model, state)
    end subroutine implicit_cycle
 
    !> At rest: hold the corners that have come into each other, and press them back bit by bit in the same increment, as far as
    !> there is rest.
-   subroutine hold_corners(self, scene, increment, state, iterations)
+   subroutine hold_corners(self, model, increment, state, iterations)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       !> Those of the increment, to which this adds
@@ -158,14 +158,14 @@ contains
       integer :: round, more
       logical :: changed, found
 
-      call decide_corners(scene%corners, state%u, state%corners, changed)
+      call decide_corners(model%corners, state%u, state%corners, changed)
       do round = 1, most_pressed
-         if (.not. any_passed(scene%corners, state%corners, state%u)) return
+         if (.not. any_passed(model%corners, state%corners, state%u)) return
          rest = state
          call press_further(state%corners)
-         call evaluate(scene, increment, state)
+         call evaluate(model, increment, state)
          self%factored = .false.
-         call equilibrate(self, scene, increment, scene%rest_tolerance(), state, more, found)
+         call equilibrate(self, model, increment, model%rest_tolerance(), state, more, found)
          iterations = iterations + more
          if (found) cycle
          state = rest
@@ -176,9 +176,9 @@ contains
 
    !> Note what has broken, cut the edges whose stress has reached the strength, and come to rest again at the same loads,
    !> until nothing more breaks.
-   subroutine let_crack(self, scene, level, state, ending)
+   subroutine let_crack(self, model, level, state, ending)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
@@ -190,24 +190,24 @@ contains
 
       ending = end_rest
       do
-         call break_rock(self, scene, level, state, changed)
+         call break_rock(self, model, level, state, changed)
          if (.not. changed) return
-         call start_increment_at(scene, level, 0.0_wp, state, increment)
-         call equilibrate(self, scene, increment, scene%rest_tolerance(), state, iterations, found)
+         call start_increment_at(model, level, 0.0_wp, state, increment)
+         call equilibrate(self, model, increment, model%rest_tolerance(), state, iterations, found)
          if (found) then
-            call account_increment(scene, increment%start, state)
+            call account_increment(model, increment%start, state)
          else
             call give_up_increment(self, increment, state)
-            call follow(self, scene, level, 0.0_wp, state, ending)
+            call follow(self, model, level, 0.0_wp, state, ending)
             if (ending /= end_rest) return
          end if
       end do
    end subroutine let_crack
 
    !> Note what has broken and cut what is to be cut, with the unknowns and forces of the new mesh.
-   subroutine break_rock(self, scene, level, state, changed)
+   subroutine break_rock(self, model, level, state, changed)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
@@ -217,19 +217,19 @@ contains
       integer, allocatable :: parent(:)
 
       changed = .false.
-      if (scene%can_break) call crack_at_rest(scene, state, changed, parent)
+      if (model%can_break) call crack_at_rest(model, state, changed, parent)
       if (.not. changed) return
-      call start_increment_at(scene, level, 0.0_wp, state, increment)
-      call evaluate(scene, increment, state)
-      call lay_out(self, scene, state)
+      call start_increment_at(model, level, 0.0_wp, state, increment)
+      call evaluate(model, increment, state)
+      call lay_out(self, model, state)
    end subroutine break_rock
 
    !> Follow the rock in pseudo-time to where it comes to rest: steps of Newton's method in which a drag proportional to the
    !> rock's stiffness resists the motion of each step. What a real crack gives to motion, the drag takes up. It is heavy at
    !> first and becomes lighter as steps are found easily. Rock may break after each step.
-   subroutine follow(self, scene, level, duration, state, ending)
+   subroutine follow(self, model, level, duration, state, ending)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
       !> Time that prescribed velocities act [s]
@@ -249,22 +249,22 @@ contains
       to_come = duration
       calming = .false.
       found_since = in_a_row
-      do step = 1, scene%deck%implicit%max_pseudo_steps
-         call start_increment_at(scene, level, to_come, state, increment)
-         where (scene%loads%fixed) state%u = state%u + to_come*scene%loads%velocity
-         call evaluate(scene, increment, state)
-         unbalanced = unbalanced_ratio(scene%loads, state)
-         tolerance = max(scene%rest_tolerance(), min(pseudo_tolerance, pseudo_share*unbalanced))
+      do step = 1, model%deck%implicit%max_pseudo_steps
+         call start_increment_at(model, level, to_come, state, increment)
+         where (model%loads%fixed) state%u = state%u + to_come*model%loads%velocity
+         call evaluate(model, increment, state)
+         unbalanced = unbalanced_ratio(model%loads, state)
+         tolerance = max(model%rest_tolerance(), min(pseudo_tolerance, pseudo_share*unbalanced))
          free = drag <= light .or. calming
          calming = .false.
          increment%softens = .true.
          if (free) then
-            tolerance = scene%rest_tolerance()
+            tolerance = model%rest_tolerance()
          else
             increment%drag = drag
          end if
          self%factored = .false.
-         call equilibrate(self, scene, increment, tolerance, state, iterations, stepped)
+         call equilibrate(self, model, increment, tolerance, state, iterations, stepped)
          self%pseudo_steps = self%pseudo_steps + 1_i8
          if (.not. stepped) then
             call give_up_increment(self, increment, state)
@@ -277,17 +277,17 @@ contains
             cycle
          end if
          to_come = 0.0_wp
-         if (has_collapsed(scene, began, state) .or. has_left(scene, increment, state)) ending = end_far
+         if (has_collapsed(model, began, state) .or. has_left(model, increment, state)) ending = end_far
          if (ending == end_far) return
          if (increment%drag > 0.0_wp) then
             increment%drag = 0.0_wp
-            call evaluate(scene, increment, state)
+            call evaluate(model, increment, state)
          end if
-         found = unbalanced_ratio(scene%loads, state) <= scene%rest_tolerance()
-         call account_increment(scene, increment%start, state)
+         found = unbalanced_ratio(model%loads, state) <= model%rest_tolerance()
+         call account_increment(model, increment%start, state)
          ! Calmer than before: there may be rest nearby
-         calming = unbalanced_ratio(scene%loads, state) < calm*unbalanced
-         call break_rock(self, scene, level, state, changed)
+         calming = unbalanced_ratio(model%loads, state) < calm*unbalanced
+         call break_rock(self, model, level, state, changed)
          if (found .and. .not. changed) ending = end_rest
          if (ending == end_rest) return
          found_since = found_since + 1
@@ -296,35 +296,35 @@ contains
    end subroutine follow
 
    !> Has rock that cannot break moved so far on the way to rest that nothing holds it? Fragments may.
-   pure logical function has_collapsed(scene, began, state)
-      type(scene_t), intent(in) :: scene
+   pure logical function has_collapsed(model, began, state)
+      type(model_t), intent(in) :: model
       !> Displacement at the start of the way (2, nodes) [m]
       real(wp), intent(in) :: began(:, :)
       type(state_t), intent(in) :: state
       real(wp) :: extent(2)
 
       has_collapsed = .false.
-      if (scene%can_break) return
-      extent = maxval(scene%split%x, dim=2) - minval(scene%split%x, dim=2)
-      has_collapsed = maxval(abs(state%u - began), mask=.not. scene%loads%fixed) > collapsed*maxval(extent)
+      if (model%can_break) return
+      extent = maxval(model%split%x, dim=2) - minval(model%split%x, dim=2)
+      has_collapsed = maxval(abs(state%u - began), mask=.not. model%loads%fixed) > collapsed*maxval(extent)
    end function has_collapsed
 
    !> A new stage prescribes other displacements: other unknowns, another pattern, nothing to extrapolate from.
-   subroutine prepare_stage(self, scene, stage, cycle, log, state, errors)
+   subroutine prepare_stage(self, model, stage, cycle, log, state, errors)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       type(newton_increment_t) :: increment
 
-      call check_support(self, scene, stage, log, errors)
+      call check_support(self, model, stage, log, errors)
       if (errors%any()) return
       self%stage = stage
       ! In the middle of a stage a run goes on from its checkpoint
       if (cycle > 1 .and. state%guess%known .and. allocated(self%kept)) then
-         call lay_out_as_kept(self, scene, self%kept)
+         call lay_out_as_kept(self, model, self%kept)
          deallocate (self%kept)
          return
       end if
@@ -334,15 +334,15 @@ contains
       state%guess%move = 0.0_wp*state%u
       state%v = 0.0_wp
       ! The forces of the start are needed for the energy account
-      call start_increment_at(scene, real(cycle - 1, wp)/real(scene%deck%stage(stage)%cycles, wp), 0.0_wp, state, increment)
-      call evaluate(scene, increment, state)
-      call lay_out(self, scene, state)
+      call start_increment_at(model, real(cycle - 1, wp)/real(model%deck%stage(stage)%cycles, wp), 0.0_wp, state, increment)
+      call evaluate(model, increment, state)
+      call lay_out(self, model, state)
    end subroutine prepare_stage
 
    !> Find what nothing holds: refuse it, or hold it by weak springs in the matrix alone, which carry no force.
-   subroutine check_support(self, scene, stage, log, errors)
+   subroutine check_support(self, model, stage, log, errors)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage
       type(log_t), intent(in) :: log
       type(error_list_t), intent(inout) :: errors
@@ -351,12 +351,12 @@ contains
       integer :: i
 
       ! Bodies lean on each other at walls, and bonds hold them
-      call find_loose(scene%split%x, scene%split%triangle, scene%split%joint, scene%loads%fixed, loose)
+      call find_loose(model%split%x, model%split%triangle, model%split%joint, model%loads%fixed, loose)
       self%weak_springs = size(loose) > 0
       do i = 1, size(loose)
-         what = 'stage '''//trim(scene%deck%stage(stage)%name)//''': nothing holds the rock around '// &
-                place_text(scene%split%x(:, loose(i)), scene%split%datum)
-         if (scene%deck%implicit%loose_bodies == 'hold') then
+         what = 'stage '''//trim(model%deck%stage(stage)%name)//''': nothing holds the rock around '// &
+                place_text(model%split%x(:, loose(i)), model%split%datum)
+         if (model%deck%implicit%loose_bodies == 'hold') then
             call log%warn(what//'; its loads must be in balance')
          else
             call errors%add(what//' against sliding or turning as a whole, and an implicit solver finds no equilibrium '// &
@@ -368,32 +368,32 @@ contains
 
    !> First guess of an increment: prescribed displacements in full, the others as in the last increment or, where that
    !> is far off and worse, as they are.
-   subroutine first_guess(scene, part, duration, increment, state)
-      type(scene_t), intent(in) :: scene
+   subroutine first_guess(model, part, duration, increment, state)
+      type(model_t), intent(in) :: model
       !> Part of the cycle, and the time that prescribed velocities act [s]
       real(wp), intent(in) :: part, duration
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       real(wp) :: unbalanced
 
-      where (scene%loads%fixed) state%u = state%u + duration*scene%loads%velocity
+      where (model%loads%fixed) state%u = state%u + duration*model%loads%velocity
       if (state%guess%move_part > 0.0_wp) then
-         where (.not. scene%loads%fixed) state%u = state%u + part/state%guess%move_part*state%guess%move
+         where (.not. model%loads%fixed) state%u = state%u + part/state%guess%move_part*state%guess%move
       end if
-      call evaluate(scene, increment, state)
-      unbalanced = free_norm(scene, state)
-      if (state%guess%move_part <= 0.0_wp .or. unbalanced_ratio(scene%loads, state) <= near) return
-      where (.not. scene%loads%fixed) state%u = increment%start%u
-      call evaluate(scene, increment, state)
-      if (free_norm(scene, state) <= unbalanced) return
-      where (.not. scene%loads%fixed) state%u = state%u + part/state%guess%move_part*state%guess%move
-      call evaluate(scene, increment, state)
+      call evaluate(model, increment, state)
+      unbalanced = free_norm(model, state)
+      if (state%guess%move_part <= 0.0_wp .or. unbalanced_ratio(model%loads, state) <= near) return
+      where (.not. model%loads%fixed) state%u = increment%start%u
+      call evaluate(model, increment, state)
+      if (free_norm(model, state) <= unbalanced) return
+      where (.not. model%loads%fixed) state%u = state%u + part/state%guess%move_part*state%guess%move
+      call evaluate(model, increment, state)
    end subroutine first_guess
 
    !> Do surfaces that are no fracture walls press on each other? That contact is not in the equations.
-   subroutine check_other_contact(self, scene, stage, log, state, errors)
+   subroutine check_other_contact(self, model, stage, log, state, errors)
       type(implicit_solver_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage
       type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
@@ -403,17 +403,17 @@ contains
       character(len=:), allocatable :: what
       integer :: node
 
-      if (scene%contact%needs_search(state%contact, state%u)) call scene%contact%search(scene%exposed, state%u, state%contact)
+      if (model%contact%needs_search(state%contact, state%u)) call model%contact%search(model%exposed, state%u, state%contact)
       push = 0.0_wp
       rub = 0.0_wp
-      call scene%contact%forces(scene%exposed, state%u, state%v, state%surface_friction, state%contact, push, rub, energy)
+      call model%contact%forces(model%exposed, state%u, state%v, state%surface_friction, state%contact, push, rub, energy)
       share = norm2(push)
       if (share <= 0.0_wp) return
       share = share/norm2([norm2(state%normal), norm2(state%friction), norm2(state%load), share])
       node = maxloc(push(1, :)**2 + push(2, :)**2, dim=1)
       what = 'surfaces that are not the two walls of a fracture overlap in stage '''// &
-             trim(scene%deck%stage(stage)%name)//''', most near '// &
-             place_text(scene%split%x(:, node), scene%split%datum)//': their contact would be '// &
+             trim(model%deck%stage(stage)%name)//''', most near '// &
+             place_text(model%split%x(:, node), model%split%datum)//': their contact would be '// &
              to_text(100.0_wp*share)//' % of all forces'
       if (share > negligible) then
          call errors%add(what//', which the implicit solver leaves out; use solver = ''relaxation'' or ''explicit'', or '// &
@@ -435,9 +435,9 @@ contains
    end subroutine give_up_increment
 
    !> No rest: say when, where and what moves. Rock that cannot break goes back to where it rested last, which the caller writes.
-   subroutine report_failure(self, scene, stage, cycle, level, duration, ending, increment, state, report, errors)
+   subroutine report_failure(self, model, stage, cycle, level, duration, ending, increment, state, report, errors)
       type(implicit_solver_t), intent(in) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
@@ -456,7 +456,7 @@ contains
       joints = size(increment%start%joint)
       report%moved = state%joint%u
       report%moved(:joints) = state%joint(:joints)%u - increment%start%joint%u
-      why = ' in '//to_text(scene%deck%implicit%max_pseudo_steps)//' steps of pseudo-time'
+      why = ' in '//to_text(model%deck%implicit%max_pseudo_steps)//' steps of pseudo-time'
       advice = 'a larger &implicit max_pseudo_steps follows it further'
       select case (ending)
       case (end_far)
@@ -468,30 +468,30 @@ contains
       end select
       if (self%weak_springs) then
          advice = 'springs without force alone hold rock here (&implicit loose_bodies), and its loads are not in balance'
-         if (size(scene%loads%pressure_surface) > 0) &
+         if (size(model%loads%pressure_surface) > 0) &
             advice = advice//': &boundary pressure turns with the surface, and a body that turns in it may have no equilibrium'
          advice = advice//'; prescribe displacements that hold it, or give tractions (tx, ty), which do not turn'
       end if
-      why = 'no rest at time '//to_text(state%time)//' s (stage '//quoted(scene%deck%stage(stage)%name)//', cycle '// &
+      why = 'no rest at time '//to_text(state%time)//' s (stage '//quoted(model%deck%stage(stage)%name)//', cycle '// &
             to_text(cycle)//', load level '//to_text(level)//')'//why
-      if (.not. scene%can_break) then
-         most = maxloc(sum((state%u - increment%start%u)**2, dim=1, mask=.not. scene%loads%fixed), dim=1)
-         why = why//'; most moves the rock near '//place_text(scene%split%x(:, most), scene%split%datum)//', by '// &
+      if (.not. model%can_break) then
+         most = maxloc(sum((state%u - increment%start%u)**2, dim=1, mask=.not. model%loads%fixed), dim=1)
+         why = why//'; most moves the rock near '//place_text(model%split%x(:, most), model%split%datum)//', by '// &
                to_text(norm2(state%u(:, most) - increment%start%u(:, most)))//' m'
          state = increment%start
       else
          ! Its loads are those of the increment's end
          state%time = state%time + duration
       end if
-      report%unbalanced = unbalanced_ratio(scene%loads, state)
-      call errors%add(why//moving_edges(scene, report%moved)//'; '//advice//'. The state written last is '// &
-                      trim(merge('that of the last step ', 'the last one at rest  ', scene%can_break)))
+      report%unbalanced = unbalanced_ratio(model%loads, state)
+      call errors%add(why//moving_edges(model, report%moved)//'; '//advice//'. The state written last is '// &
+                      trim(merge('that of the last step ', 'the last one at rest  ', model%can_break)))
    end subroutine report_failure
 
    !> The linear solver cannot go on: say why. The state is that of the last rest.
-   subroutine report_linear_failure(self, scene, stage, cycle, level, state, report, errors)
+   subroutine report_linear_failure(self, model, stage, cycle, level, state, report, errors)
       type(implicit_solver_t), intent(in) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
       !> Loads, 0 to 1 over the stage
       real(wp), intent(in) :: level
@@ -499,16 +499,16 @@ contains
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
 
-      report%unbalanced = unbalanced_ratio(scene%loads, state)
-      call errors%add(self%failure//' at time '//to_text(state%time)//' s (stage '//quoted(scene%deck%stage(stage)%name)// &
+      report%unbalanced = unbalanced_ratio(model%loads, state)
+      call errors%add(self%failure//' at time '//to_text(state%time)//' s (stage '//quoted(model%deck%stage(stage)%name)// &
                       ', cycle '//to_text(cycle)//', load level '//to_text(level)//'); a coarser mesh, a larger '// &
                       '&implicit max_memory, a machine with more memory or solver = ''relaxation'', which needs no matrix, '// &
                       'may help. What is written ends with the last cycle completed')
    end subroutine report_linear_failure
 
    !> The block edges that have slipped most.
-   function moving_edges(scene, moved) result(text)
-      type(scene_t), intent(in) :: scene
+   function moving_edges(model, moved) result(text)
+      type(model_t), intent(in) :: model
       !> Slip since the last rest (joints) [mm]
       real(wp), intent(in) :: moved(:)
       character(len=:), allocatable :: text
@@ -516,15 +516,15 @@ contains
       integer :: i, edge, joint
 
       text = ''
-      if (size(scene%topology%edge_length) == 0) return
-      slip = [(mean_slip(i), i=1, size(scene%topology%edge_length))]
+      if (size(model%topology%edge_length) == 0) return
+      slip = [(mean_slip(i), i=1, size(model%topology%edge_length))]
       do i = 1, min(most_named, size(slip))
          edge = maxloc(slip, dim=1)
          if (slip(edge) <= 0.0_wp) exit
-         joint = findloc(scene%topology%edge_of_joint, edge, dim=1)
+         joint = findloc(model%topology%edge_of_joint, edge, dim=1)
          if (i == 1) text = '; block edges that slip:'
          if (i > 1) text = text//','
-         text = text//' '//to_text(edge)//' at '//place_text(scene%split%x(:, scene%split%joint(1, joint)), scene%split%datum)// &
+         text = text//' '//to_text(edge)//' at '//place_text(model%split%x(:, model%split%joint(1, joint)), model%split%datum)// &
                 ' ('//to_text(slip(edge))//' mm)'
          slip(edge) = 0.0_wp
       end do
@@ -536,9 +536,9 @@ contains
          integer, intent(in) :: edge
          logical :: member(size(moved))
 
-         member = scene%topology%edge_of_joint == edge
+         member = model%topology%edge_of_joint == edge
          mean_slip = 0.0_wp
-         if (any(member)) mean_slip = sum(scene%joints%length*abs(moved), mask=member)/sum(scene%joints%length, mask=member)
+         if (any(member)) mean_slip = sum(model%joints%length*abs(moved), mask=member)/sum(model%joints%length, mask=member)
       end function mean_slip
 
    end function moving_edges

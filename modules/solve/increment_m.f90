@@ -6,7 +6,7 @@
 !> the increment, and an increment is one step of every law, however the search went.
 module increment_m
    use kinds_m, only: wp
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use state_m, only: state_t, laws_go_back
    use solid_m, only: strain_energy
    use bonds_m, only: bonds_work
@@ -26,8 +26,8 @@ module increment_m
 contains
 
    !> Remember all that forces depend on but displacements, and find the forces there.
-   subroutine start_increment(scene, level, state, increment)
-      type(scene_t), intent(in) :: scene
+   subroutine start_increment(model, level, state, increment)
+      type(model_t), intent(in) :: model
       !> Loads now, 0 to 1 over the stage
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
@@ -35,16 +35,16 @@ contains
       logical :: searched
 
       increment%start = state
-      if (scene%has_contact) call scene%contact%recall(state%contact, state%u, increment%start%contact%springs)
-      call forces_from_start(scene, increment, level, state, searched)
+      if (model%has_contact) call model%contact%recall(state%contact, state%u, increment%start%contact%springs)
+      call forces_from_start(model, increment, level, state, searched)
       call laws_go_back(increment%start, state)
       increment%start = state
    end subroutine start_increment
 
    !> The forces of the explicit solver at the displacement state%u; joints, bonds and friction go there in one step from
    !> the start of the increment.
-   subroutine forces_from_start(scene, increment, level, state, searched)
-      type(scene_t), intent(in) :: scene
+   subroutine forces_from_start(model, increment, level, state, searched)
+      type(model_t), intent(in) :: model
       class(increment_t), intent(in) :: increment
       real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
@@ -52,23 +52,23 @@ contains
       logical, intent(out) :: searched
 
       call laws_go_back(increment%start, state)
-      call find_forces(scene, level, state, searched)
+      call find_forces(model, level, state, searched)
    end subroutine forces_from_start
 
    !> Has a node moved farther in this increment than the scene is large, beyond what is prescribed?
-   pure logical function has_left(scene, increment, state)
-      type(scene_t), intent(in) :: scene
+   pure logical function has_left(model, increment, state)
+      type(model_t), intent(in) :: model
       class(increment_t), intent(in) :: increment
       type(state_t), intent(in) :: state
       real(wp) :: extent(2)
 
-      extent = maxval(scene%split%x, dim=2) - minval(scene%split%x, dim=2)
-      has_left = maxval(abs(state%u - increment%start%u), mask=.not. scene%loads%fixed) > maxval(extent)
+      extent = maxval(model%split%x, dim=2) - minval(model%split%x, dim=2)
+      has_left = maxval(abs(state%u - increment%start%u), mask=.not. model%loads%fixed) > maxval(extent)
    end function has_left
 
    !> Add the work of an increment to the energy account, forces taken as the mean of start and end.
-   subroutine account_increment(scene, start, state)
-      type(scene_t), intent(in) :: scene
+   subroutine account_increment(model, start, state)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: start
       type(state_t), intent(inout) :: state
       real(wp) :: net, path, contact, friction, external, damping
@@ -87,7 +87,7 @@ contains
             net = start%solid(i, n) + start%normal(i, n) + start%friction(i, n) + start%load(i, n) &
                   + state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
             ! Reactions where motion is prescribed; elsewhere what would have set the rock in motion
-            if (scene%loads%fixed(i, n)) then
+            if (model%loads%fixed(i, n)) then
                external = external - 0.5_wp*net*path
             else
                damping = damping + 0.5_wp*net*path
@@ -100,8 +100,8 @@ contains
          energy%external = energy%external + external
          energy%damping = energy%damping + damping
          energy%kinetic = 0.0_wp
-         energy%strain = strain_energy(scene%solid, state%u)
-         energy%fracture = bonds_work(scene%bonds, state%bonds)
+         energy%strain = strain_energy(model%solid, state%u)
+         energy%fracture = bonds_work(model%bonds, state%bonds)
       end associate
    end subroutine account_increment
 

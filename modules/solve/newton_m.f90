@@ -6,7 +6,7 @@
 !> made anew when they don't.
 module newton_m
    use kinds_m, only: wp, i8
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use state_m, only: state_t
    use solid_tangent_m, only: triangle_tangent
    use bond_m, only: bond_tangent
@@ -70,8 +70,8 @@ module newton_m
 contains
 
    !> An increment that starts from the present state and goes to a load level.
-   subroutine start_increment_at(scene, level, duration, state, increment)
-      type(scene_t), intent(in) :: scene
+   subroutine start_increment_at(model, level, duration, state, increment)
+      type(model_t), intent(in) :: model
       !> Loads at its end, 0 to 1 over the stage
       real(wp), intent(in) :: level
       !> Time that prescribed velocities act [s]
@@ -81,33 +81,33 @@ contains
 
       increment%start = state
       increment%level = level
-      if (size(scene%joints%length) > 0) increment%longest = longest_correction*minval(scene%joints%length) &
-                                                             + duration*maxval(abs(scene%loads%velocity))
+      if (size(model%joints%length) > 0) increment%longest = longest_correction*minval(model%joints%length) &
+                                                             + duration*maxval(abs(model%loads%velocity))
    end subroutine start_increment_at
 
    !> Number the unknowns and lay out the matrix for where the walls are now.
-   subroutine lay_out(self, scene, state)
+   subroutine lay_out(self, model, state)
       class(newton_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
 
-      call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
-      call build_system(scene%loads%fixed, scene%split%triangle, bonds_in_matrix(scene, state), scene%joints, scene%walls, &
-                        state%walls, scene%corners, self%system)
-      call plan_factors(self, scene)
+      call find_overlaps(model%walls, model%split%x, state%u, state%walls)
+      call build_system(model%loads%fixed, model%split%triangle, bonds_in_matrix(model, state), model%joints, model%walls, &
+                        state%walls, model%corners, self%system)
+      call plan_factors(self, model)
       self%patterns = self%patterns + 1_i8
       call self%past%forget(self%system%unknowns)
    end subroutine lay_out
 
    !> Go on with the matrix of a checkpoint: as if there had been none, to the last bit.
-   subroutine lay_out_as_kept(self, scene, matrix)
+   subroutine lay_out_as_kept(self, model, matrix)
       class(newton_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(kept_matrix_t), intent(in) :: matrix
       integer :: status
 
-      call restore_system(scene%loads%fixed, scene%split%triangle, matrix, self%system)
-      call plan_factors(self, scene)
+      call restore_system(model%loads%fixed, model%split%triangle, matrix, self%system)
+      call plan_factors(self, model)
       call self%past%forget(self%system%unknowns)
       if (size(matrix%value) == 0 .or. allocated(self%failure)) return
       self%diagonal = diagonal_of(self%system)
@@ -118,13 +118,13 @@ contains
    end subroutine lay_out_as_kept
 
    !> Order the unknowns of the system and plan its factors.
-   subroutine plan_factors(self, scene)
+   subroutine plan_factors(self, model)
       class(newton_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       integer, allocatable :: place(:)
       integer :: status
 
-      self%lu%max_memory = scene%deck%implicit%max_memory
+      self%lu%max_memory = model%deck%implicit%max_memory
       allocate (place(0))
       if (self%system%unknowns >= large) place = dissection(self%system)
       self%dissected = size(place) > 0
@@ -139,39 +139,39 @@ contains
    end subroutine plan_factors
 
    !> Nodes of the bonds that have a part in the matrix: those that hold or press, and can open (4, bonds).
-   pure function bonds_in_matrix(scene, state) result(node)
-      type(scene_t), intent(in) :: scene
+   pure function bonds_in_matrix(model, state) result(node)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       integer, allocatable :: node(:, :)
       integer :: b
 
       allocate (node(4, 0))
-      if (.not. scene%can_break) return
-      node = scene%bonds%node(:, pack([(b, b=1, size(state%bonds%active))], has_stiffness(scene, state)))
+      if (.not. model%can_break) return
+      node = model%bonds%node(:, pack([(b, b=1, size(state%bonds%active))], has_stiffness(model, state)))
    end function bonds_in_matrix
 
    !> Does a bond hold or press, and can it open? (bonds)
-   pure function has_stiffness(scene, state) result(has)
-      type(scene_t), intent(in) :: scene
+   pure function has_stiffness(model, state) result(has)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       logical :: has(size(state%bonds%active))
       integer :: b
 
-      has = [(state%bonds%active(b) .and. .not. is_closed(scene%bonds%node(:, b)), b=1, size(has))]
+      has = [(state%bonds%active(b) .and. .not. is_closed(model%bonds%node(:, b)), b=1, size(has))]
    end function has_stiffness
 
    !> Norm of the unbalanced forces [N per m of thickness].
-   pure real(wp) function free_norm(scene, state)
-      type(scene_t), intent(in) :: scene
+   pure real(wp) function free_norm(model, state)
+      type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
 
-      free_norm = norm2(pack(net_force(state),.not. scene%loads%fixed))
+      free_norm = norm2(pack(net_force(state),.not. model%loads%fixed))
    end function free_norm
 
    !> Newton's method from the first guess in state%u, whose forces are known.
-   subroutine equilibrate(self, scene, increment, tolerance, state, iterations, converged)
+   subroutine equilibrate(self, model, increment, tolerance, state, iterations, converged)
       class(newton_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       !> Unbalanced force ratio
       real(wp), intent(in) :: tolerance
@@ -182,25 +182,25 @@ contains
       logical :: fresh, slow, regular
 
       converged = .false.
-      slow = scene%deck%implicit%matrix == 'new'
+      slow = model%deck%implicit%matrix == 'new'
       call self%past%forget(self%system%unknowns)
       call gather(self%system, net_force(state), residual)
       unbalanced = norm2(residual)
-      do iterations = 0, scene%deck%implicit%max_iterations
+      do iterations = 0, model%deck%implicit%max_iterations
          if (iterations > 0) self%iterations = self%iterations + 1_i8
-         if (unbalanced_ratio(scene%loads, state) <= tolerance) then
+         if (unbalanced_ratio(model%loads, state) <= tolerance) then
             converged = .true.
             return
          end if
          fresh = slow .or. .not. self%factored
          if (fresh) then
-            call renew_matrix(self, scene, increment, state, residual, regular)
+            call renew_matrix(self, model, increment, state, residual, regular)
             if (.not. regular) return
          end if
          call correction(self, residual, increment%longest, step, regular)
          if (.not. regular) return
          before = unbalanced
-         call search_line(self, scene, increment, step, fresh, state, residual, unbalanced)
+         call search_line(self, model, increment, step, fresh, state, residual, unbalanced)
          if (unbalanced < before) then
             call self%past%took(step)
             slow = unbalanced > good_reduction*before
@@ -211,7 +211,7 @@ contains
          else
             slow = .true.
          end if
-         if (scene%deck%implicit%matrix == 'new') slow = .true.
+         if (model%deck%implicit%matrix == 'new') slow = .true.
       end do
    end subroutine equilibrate
 
@@ -238,9 +238,9 @@ contains
 
    !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force. A kept matrix gets one
    !> try. Without success the state is where it was.
-   subroutine search_line(self, scene, increment, step, fresh, state, residual, unbalanced)
+   subroutine search_line(self, model, increment, step, fresh, state, residual, unbalanced)
       class(newton_t), intent(in) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       !> Step in, the part of it that was taken out (unknowns) [m]
       real(wp), intent(inout) :: step(:)
@@ -255,11 +255,11 @@ contains
       origin = state%u
       before = unbalanced
       share = 1.0_wp
-      most = merge(scene%deck%implicit%line_search, 0, fresh)
+      most = merge(model%deck%implicit%line_search, 0, fresh)
       do halvings = 0, most
          state%u = origin
          call scatter(self%system, share, step, state%u)
-         call evaluate(scene, increment, state)
+         call evaluate(model, increment, state)
          call gather(self%system, net_force(state), residual)
          unbalanced = norm2(residual)
          ! A comparison with NaN is false
@@ -270,15 +270,15 @@ contains
          share = 0.5_wp*share
       end do
       state%u = origin
-      call evaluate(scene, increment, state)
+      call evaluate(model, increment, state)
       call gather(self%system, net_force(state), residual)
       unbalanced = norm2(residual)
    end subroutine search_line
 
    !> Assemble and factor the matrix of the present state, on a new pattern where walls have slid out of the old one.
-   subroutine renew_matrix(self, scene, increment, state, residual, regular)
+   subroutine renew_matrix(self, model, increment, state, residual, regular)
       class(newton_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       !> Unbalanced force (unknowns)
@@ -288,10 +288,10 @@ contains
       logical :: outside
 
       regular = .false.
-      call assemble(scene, increment, state, self%system, outside)
+      call assemble(model, increment, state, self%system, outside)
       if (outside) then
-         call lay_out(self, scene, state)
-         call assemble(scene, increment, state, self%system, outside)
+         call lay_out(self, model, state)
+         call assemble(model, increment, state, self%system, outside)
       end if
       self%diagonal = diagonal_of(self%system)
       if (self%weak_springs) then
@@ -307,8 +307,8 @@ contains
    end subroutine renew_matrix
 
    !> Tangent stiffness of rock, bonds, walls and follower pressure, and the drag.
-   subroutine assemble(scene, increment, state, system, outside)
-      type(scene_t), intent(in) :: scene
+   subroutine assemble(model, increment, state, system, outside)
+      type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(in) :: state
       type(sparse_system_t), intent(inout) :: system
@@ -316,40 +316,40 @@ contains
       logical, intent(out) :: outside
       type(wall_element_t) :: element
       real(wp) :: stiffness(36)
-      integer :: first(size(scene%walls%joint)/2 + 1), e, i
+      integer :: first(size(model%walls%joint)/2 + 1), e, i
 
       outside = .false.
       system%value = 0.0_wp
-      do e = 1, size(scene%solid%node, 2)
-         stiffness = reshape(triangle_tangent(scene%solid, e, state%u(:, scene%solid%node(:, e))), [36])
+      do e = 1, size(model%solid%node, 2)
+         stiffness = reshape(triangle_tangent(model%solid, e, state%u(:, model%solid%node(:, e))), [36])
          do i = 1, 36
             associate (entry => system%triangle_entry(i, e))
                if (entry > 0) system%value(entry) = system%value(entry) + stiffness(i)
             end associate
          end do
       end do
-      do e = 1, size(scene%loads%pressure_surface)
-         call add_block(system, scene%loads%pressure_edge(:, e), pressure_stiffness(scene, e, increment%level), outside)
+      do e = 1, size(model%loads%pressure_surface)
+         call add_block(system, model%loads%pressure_edge(:, e), pressure_stiffness(model, e, increment%level), outside)
       end do
-      if (scene%can_break) call assemble_bonds(scene, increment, state, system, outside)
-      if (increment%drag > 0.0_wp) call assemble_drag(scene, increment, system)
-      if (.not. scene%has_walls) return
+      if (model%can_break) call assemble_bonds(model, increment, state, system, outside)
+      if (increment%drag > 0.0_wp) call assemble_drag(model, increment, system)
+      if (.not. model%has_walls) return
       call points_of_joints(state%walls, first)
       do i = 1, size(first) - 1
-         associate (j => scene%walls%joint(2*i))
-            call joint_wall_tangent(scene%joints, state%walls, state%tractions, j, first(i), first(i + 1) - 1, scene%split%x, &
+         associate (j => model%walls%joint(2*i))
+            call joint_wall_tangent(model%joints, state%walls, state%tractions, j, first(i), first(i + 1) - 1, model%split%x, &
                                     state%u, state%joint(j), element)
          end associate
          call add_block(system, element%node(:element%nodes), element%stiffness, outside)
       end do
-      do i = 1, size(scene%corners%stiffness)
-         call add_block(system, corner_nodes(scene%corners, i), corner_tangent(scene%corners, state%corners, i, state%u), outside)
+      do i = 1, size(model%corners%stiffness)
+         call add_block(system, corner_nodes(model%corners, i), corner_tangent(model%corners, state%corners, i, state%u), outside)
       end do
    end subroutine assemble
 
    !> Tangent stiffness of the bonds.
-   subroutine assemble_bonds(scene, increment, state, system, outside)
-      type(scene_t), intent(in) :: scene
+   subroutine assemble_bonds(model, increment, state, system, outside)
+      type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(in) :: state
       type(sparse_system_t), intent(inout) :: system
@@ -357,31 +357,31 @@ contains
       logical :: has(size(state%bonds%active))
       integer :: b
 
-      has = has_stiffness(scene, state)
+      has = has_stiffness(model, state)
       do b = 1, size(has)
          if (.not. has(b)) cycle
-         associate (bonds => scene%bonds, node => scene%bonds%node(:, b))
+         associate (bonds => model%bonds, node => model%bonds%node(:, b))
             call add_block(system, node, bond_tangent(bonds%length(b), bonds%law(b), bonds%shift(:, :, b), &
-                                                      scene%split%x(:, node), state%u(:, node), increment%start%bonds%point(:, b), &
+                                                      model%split%x(:, node), state%u(:, node), increment%start%bonds%point(:, b), &
                                                       softens=increment%softens), outside)
          end associate
       end do
    end subroutine assemble_bonds
 
    !> The drag on the diagonal.
-   subroutine assemble_drag(scene, increment, system)
-      type(scene_t), intent(in) :: scene
+   subroutine assemble_drag(model, increment, system)
+      type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       type(sparse_system_t), intent(inout) :: system
       real(wp) :: drag(system%unknowns)
 
-      call gather(system, increment%drag*spread(scene%rock_stiffness, 1, 2), drag)
+      call gather(system, increment%drag*spread(model%rock_stiffness, 1, 2), drag)
       where (system%row == system%column) system%value = system%value + drag(system%row)
    end subroutine assemble_drag
 
    !> Stiffness of a follower pressure, which turns and lengthens with its edge: minus the derivative of its nodal forces.
-   pure function pressure_stiffness(scene, e, level) result(stiffness)
-      type(scene_t), intent(in) :: scene
+   pure function pressure_stiffness(model, e, level) result(stiffness)
+      type(model_t), intent(in) :: model
       !> Loaded edge
       integer, intent(in) :: e
       real(wp), intent(in) :: level
@@ -389,7 +389,7 @@ contains
       real(wp) :: stiffness(4, 4)
       real(wp) :: half
 
-      associate (start => scene%loads%pressure_start(e), finish => scene%loads%pressure_end(e))
+      associate (start => model%loads%pressure_start(e), finish => model%loads%pressure_end(e))
          half = 0.5_wp*(start + level*(finish - start))
       end associate
       ! Each end is pushed by half*[-along_y, along_x], along = end - start
@@ -422,20 +422,20 @@ contains
    end function displacement
 
    !> Forces and joints at the displacement state%u, the joints updated from the start of the increment in one step.
-   subroutine evaluate(scene, increment, state)
-      type(scene_t), intent(in) :: scene
+   subroutine evaluate(model, increment, state)
+      type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       logical :: searched
 
       ! Walls walk to what they face now from where they were, not from where the last iteration took them
-      if (scene%has_walls) then
+      if (model%has_walls) then
          state%walls%facing = increment%start%walls%facing
          state%walls%reached = increment%start%walls%reached
       end if
-      call forces_from_start(scene, increment, increment%level, state, searched)
+      call forces_from_start(model, increment, increment%level, state, searched)
       if (increment%drag > 0.0_wp) then
-         where (.not. scene%loads%fixed) state%solid = state%solid - increment%drag*spread(scene%rock_stiffness, 1, 2)* &
+         where (.not. model%loads%fixed) state%solid = state%solid - increment%drag*spread(model%rock_stiffness, 1, 2)* &
                                                        (state%u - increment%start%u)
       end if
    end subroutine evaluate

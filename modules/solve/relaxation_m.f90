@@ -10,7 +10,7 @@ module relaxation_m
    use text_m, only: to_text
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use corners_m, only: decide_corners, press_further, any_passed, any_held, keep_closure, most_pressed
    use state_m, only: state_t
    use joints_m, only: have_stiffened
@@ -41,8 +41,8 @@ module relaxation_m
 contains
 
    !> One cycle of a stage, in as many increments as the deck says. On failure errors says when, where and what.
-   subroutine relaxation_cycle(scene, stage, cycle, log, progress, state, report, errors)
-      type(scene_t), intent(inout) :: scene
+   subroutine relaxation_cycle(model, stage, cycle, log, progress, state, report, errors)
+      type(model_t), intent(inout) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
@@ -56,43 +56,43 @@ contains
       integer :: substep, cycles, substeps
       logical :: changed
 
-      cycles = scene%deck%stage(stage)%cycles
-      substeps = scene%deck%relaxation%substeps
-      duration = scene%deck%stage(stage)%move_time/real(substeps, wp)
+      cycles = model%deck%stage(stage)%cycles
+      substeps = model%deck%relaxation%substeps
+      duration = model%deck%stage(stage)%move_time/real(substeps, wp)
       report%smallest_step = duration
       ! A new stage prescribes another motion
       if (cycle == 1) state%v = 0.0_wp
       do substep = 1, substeps
          level = (real(cycle - 1, wp) + real(substep - 1, wp)/real(substeps, wp))/real(cycles, wp)
-         call start_increment(scene, level, state, increment)
+         call start_increment(model, level, state, increment)
          increment%level = (real(cycle - 1, wp) + real(substep, wp)/real(substeps, wp))/real(cycles, wp)
-         call come_to_rest(scene, stage, cycle, increment, level, duration, state, report, errors)
+         call come_to_rest(model, stage, cycle, increment, level, duration, state, report, errors)
          if (errors%any()) return
          ! Velocities are means over the increment: so the next one goes on
          state%v = (state%u - increment%start%u)/duration
          state%time = state%time + duration
          level = increment%level
          do
-            if (.not. scene%can_break) exit
-            call crack_at_rest(scene, state, changed, parent)
+            if (.not. model%can_break) exit
+            call crack_at_rest(model, state, changed, parent)
             if (.not. changed) exit
-            call start_increment(scene, level, state, increment)
+            call start_increment(model, level, state, increment)
             increment%level = level
-            call come_to_rest(scene, stage, cycle, increment, level, 0.0_wp, state, report, errors)
+            call come_to_rest(model, stage, cycle, increment, level, 0.0_wp, state, report, errors)
             if (errors%any()) return
          end do
-         call progress%tick(log, fraction_done(scene, stage, cycle, .true., real(substep, wp)/real(substeps, wp)))
+         call progress%tick(log, fraction_done(model, stage, cycle, .true., real(substep, wp)/real(substeps, wp)))
          if (substep < substeps) report%interrupted = stop_wanted()
          if (report%interrupted) return
       end do
-      state%time = state%time + max(0.0_wp, scene%deck%stage(stage)%rest_time)
-      report%unbalanced = unbalanced_ratio(scene%loads, state)
-      call describe_bonds(scene, state)
+      state%time = state%time + max(0.0_wp, model%deck%stage(stage)%rest_time)
+      report%unbalanced = unbalanced_ratio(model%loads, state)
+      call describe_bonds(model, state)
    end subroutine relaxation_cycle
 
    !> Follow an increment until it is at rest, and book its work.
-   subroutine come_to_rest(scene, stage, cycle, increment, level, duration, state, report, errors)
-      type(scene_t), intent(in) :: scene
+   subroutine come_to_rest(model, stage, cycle, increment, level, duration, state, report, errors)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
       type(increment_t), intent(in) :: increment
       !> Loads at its start, 0 to 1 over the stage
@@ -109,34 +109,34 @@ contains
 
       pressed = 0
       pressed_at = 0
-      call find_masses(scene, .true., state, mass)
-      call keep_closure(scene%corners, state%u, state%corners)
+      call find_masses(model, .true., state, mass)
+      call keep_closure(model%corners, state%u, state%corners)
       since_kept = 1.0_wp
-      call guess(scene, increment, duration, state, ramp)
+      call guess(model, increment, duration, state, ramp)
       v = 0.0_wp
       before = 0.0_wp
-      do step = 1, scene%deck%relaxation%max_steps + ramp
+      do step = 1, model%deck%relaxation%max_steps + ramp
          part = 1.0_wp
          if (step < ramp) part = smooth_ramp(real(step, wp)/real(ramp, wp))
-         where (scene%loads%fixed) state%u = increment%start%u + part*duration*scene%loads%velocity
-         call forces_from_start(scene, increment, level + part*(increment%level - level), state, searched)
+         where (model%loads%fixed) state%u = increment%start%u + part*duration*model%loads%velocity
+         call forces_from_start(model, increment, level + part*(increment%level - level), state, searched)
          report%steps = report%steps + 1_i8
          state%step = state%step + 1_i8
-         if (searched .or. state%walls%moved_on .or. have_stiffened(scene%joints, state%tractions) .or. &
-             .not. scene%deck%plan%skip_step) &
-            call find_masses(scene, .false., state, mass)
+         if (searched .or. state%walls%moved_on .or. have_stiffened(model%joints, state%tractions) .or. &
+             .not. model%deck%plan%skip_step) &
+            call find_masses(model, .false., state, mass)
          if (step >= ramp .and. mod(step - ramp, steps_between_looks) == 0) then
-            unbalanced = unbalanced_ratio(scene%loads, state)
-            if (any_held(state%corners) .and. unbalanced <= max(scene%rest_tolerance(), refresh*since_kept)) then
-               call keep_closure(scene%corners, state%u, state%corners)
-               call forces_from_start(scene, increment, increment%level, state, searched)
-               unbalanced = unbalanced_ratio(scene%loads, state)
+            unbalanced = unbalanced_ratio(model%loads, state)
+            if (any_held(state%corners) .and. unbalanced <= max(model%rest_tolerance(), refresh*since_kept)) then
+               call keep_closure(model%corners, state%u, state%corners)
+               call forces_from_start(model, increment, increment%level, state, searched)
+               unbalanced = unbalanced_ratio(model%loads, state)
                since_kept = unbalanced
             end if
-            if (unbalanced <= scene%rest_tolerance()) then
-               if (pressed == 0) call decide_corners(scene%corners, state%u, state%corners, changed)
-               if (pressed == most_pressed .or. .not. any_passed(scene%corners, state%corners, state%u)) then
-                  call account_increment(scene, increment%start, state)
+            if (unbalanced <= model%rest_tolerance()) then
+               if (pressed == 0) call decide_corners(model%corners, state%u, state%corners, changed)
+               if (pressed == most_pressed .or. .not. any_passed(model%corners, state%corners, state%u)) then
+                  call account_increment(model, increment%start, state)
                   return
                end if
                ! Corners that have come into each other are pressed back, bit by bit
@@ -145,36 +145,36 @@ contains
                pressed_at = step
                call press_further(state%corners)
                since_kept = 1.0_wp
-               call find_masses(scene, .false., state, mass)
-            else if (pressed > 0 .and. step - pressed_at > scene%deck%relaxation%max_steps/10) then
+               call find_masses(model, .false., state, mass)
+            else if (pressed > 0 .and. step - pressed_at > model%deck%relaxation%max_steps/10) then
                ! Rest with the corners where they are is better than none
                state = rest
-               call keep_closure(scene%corners, state%u, state%corners)
-               call forces_from_start(scene, increment, increment%level, state, searched)
-               call account_increment(scene, increment%start, state)
+               call keep_closure(model%corners, state%u, state%corners)
+               call forces_from_start(model, increment, increment%level, state, searched)
+               call account_increment(model, increment%start, state)
                return
             end if
-            loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(scene, increment, state)
+            loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(model, increment, state)
             if (loose) exit
          end if
-         call push_nodes(scene%loads%fixed, mass, before <= 0.0_wp, state, v, kinetic)
+         call push_nodes(model%loads%fixed, mass, before <= 0.0_wp, state, v, kinetic)
          ! A comparison with NaN is false
          if (.not. kinetic < absurd_energy) exit
          if (kinetic < before) then
-            call back_to_peak(scene%loads%fixed, mass, state, v)
+            call back_to_peak(model%loads%fixed, mass, state, v)
             before = 0.0_wp
          else
-            where (.not. scene%loads%fixed) state%u = state%u + v
+            where (.not. model%loads%fixed) state%u = state%u + v
             before = kinetic
          end if
       end do
-      call report_failure(scene, stage, cycle, increment, step, state, errors)
+      call report_failure(model, stage, cycle, increment, step, state, errors)
    end subroutine come_to_rest
 
    !> First guess: the free nodes go on as in the last increment, prescribed displacements and loads come on at once. Where
    !> that is far from balance, nodes stand still and the increment comes on over a ramp.
-   subroutine guess(scene, increment, duration, state, ramp)
-      type(scene_t), intent(in) :: scene
+   subroutine guess(model, increment, duration, state, ramp)
+      type(model_t), intent(in) :: model
       type(increment_t), intent(in) :: increment
       real(wp), intent(in) :: duration
       type(state_t), intent(inout) :: state
@@ -186,23 +186,23 @@ contains
       ramp = 1
       if (duration <= 0.0_wp) return
       if (any(abs(state%v) > 0.0_wp)) then
-         where (scene%loads%fixed)
-            state%u = increment%start%u + duration*scene%loads%velocity
+         where (model%loads%fixed)
+            state%u = increment%start%u + duration*model%loads%velocity
          elsewhere
             state%u = increment%start%u + duration*state%v
          end where
-         call forces_from_start(scene, increment, increment%level, state, searched)
-         if (unbalanced_ratio(scene%loads, state) <= near) return
+         call forces_from_start(model, increment, increment%level, state, searched)
+         if (unbalanced_ratio(model%loads, state) <= near) return
          state%u = increment%start%u
       end if
-      farthest = duration*maxval(abs(scene%loads%velocity), mask=scene%loads%fixed)
+      farthest = duration*maxval(abs(model%loads%velocity), mask=model%loads%fixed)
       ramp = ramp_steps
-      if (any(scene%loads%fixed)) ramp = max(ramp, ceiling(farthest/(ramp_stride*minval(scene%solid%height))))
+      if (any(model%loads%fixed)) ramp = max(ramp, ceiling(farthest/(ramp_stride*minval(model%solid%height))))
    end subroutine guess
 
    !> Fictitious masses for which a step of 1 is stable at the present stiffness. While an increment lasts they only grow.
-   subroutine find_masses(scene, anew, state, mass)
-      type(scene_t), intent(in) :: scene
+   subroutine find_masses(model, anew, state, mass)
+      type(model_t), intent(in) :: model
       logical, intent(in) :: anew
       type(state_t), intent(inout) :: state
       !> (nodes) [N/m per m of thickness]
@@ -210,8 +210,8 @@ contains
       real(wp) :: stiffness(size(mass))
 
       if (anew) mass = 0.0_wp
-      call stiffness_bound(scene, state, stiffness)
-      mass = scaled_mass(stiffness, 0.0_wp, mass, 1.0_wp/scene%deck%relaxation%safety)
+      call stiffness_bound(model, state, stiffness)
+      mass = scaled_mass(stiffness, 0.0_wp, mass, 1.0_wp/model%deck%relaxation%safety)
    end subroutine find_masses
 
    !> Velocities half a step on, and their kinetic energy. From rest the first step is half a one.
@@ -263,8 +263,8 @@ contains
    end subroutine back_to_peak
 
    !> Say when and where the rock does not come to rest.
-   subroutine report_failure(scene, stage, cycle, increment, steps, state, errors)
-      type(scene_t), intent(in) :: scene
+   subroutine report_failure(model, stage, cycle, increment, steps, state, errors)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
       type(increment_t), intent(in) :: increment
       integer, intent(in) :: steps
@@ -279,12 +279,12 @@ contains
          if (.not. path(n) <= huge(1.0_wp)) path(n) = huge(1.0_wp)
       end do
       worst = maxloc(path, dim=1)
-      call errors%add('the rock near '//place_text(scene%split%x(:, worst), scene%split%datum)// &
+      call errors%add('the rock near '//place_text(model%split%x(:, worst), model%split%datum)// &
                       ' does not come to rest at time '//to_text(state%time)//' s (stage '''// &
-                      trim(scene%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', load level '// &
+                      trim(model%deck%stage(stage)%name)//''', cycle '//to_text(cycle)//', load level '// &
                       to_text(increment%level)//'): it has moved '//to_text(path(worst))//' m in '//to_text(steps)// &
                       ' steps of relaxation, and the unbalanced force ratio is '// &
-                      to_text(unbalanced_ratio(scene%loads, state))//'; where a block has come loose, follow its motion with '// &
+                      to_text(unbalanced_ratio(model%loads, state))//'; where a block has come loose, follow its motion with '// &
                       'solver = ''explicit''; else try more cycles or a larger &relaxation max_steps or tolerance')
    end subroutine report_failure
 

@@ -9,7 +9,7 @@ module stable_step_m
    use constants_m, only: is_set, megapascal_per_millimetre
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
-   use scene_m, only: scene_t
+   use model_m, only: model_t
    use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
    use wall_contact_m, only: find_overlaps, wall_stiffness_bound
@@ -28,62 +28,62 @@ contains
 
    !> Step for the present state [s]: what the deck gives, else the stable step times the safety factor; with mass scaling
    !> the scaled step, after raising the masses that need it.
-   real(wp) function stable_step(scene, state) result(step)
-      type(scene_t), intent(in) :: scene
+   real(wp) function stable_step(model, state) result(step)
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       real(wp) :: stiffness(size(state%mass))
 
-      call stiffness_bound(scene, state, stiffness)
-      associate (settings => scene%deck%explicit)
+      call stiffness_bound(model, state, stiffness)
+      associate (settings => model%deck%explicit)
          if (settings%mass_scaling == 'step') then
-            call raise_masses(scaled_mass(stiffness, scene%rock_damping, scene%mass, settings%scaled_step/settings%safety), state)
+            call raise_masses(scaled_mass(stiffness, model%rock_damping, model%mass, settings%scaled_step/settings%safety), state)
             step = settings%scaled_step
          else if (is_set(settings%step)) then
             step = settings%step
          else
-            step = settings%safety*longest_step(scene, stiffness, state)
+            step = settings%safety*longest_step(model, stiffness, state)
          end if
       end associate
    end function stable_step
 
    !> The same before anything has been done, with the masses as they are: for an estimate [s].
-   real(wp) function first_step(scene, state) result(step)
-      type(scene_t), intent(in) :: scene
+   real(wp) function first_step(model, state) result(step)
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       real(wp) :: stiffness(size(state%mass))
 
-      associate (settings => scene%deck%explicit)
+      associate (settings => model%deck%explicit)
          if (settings%mass_scaling == 'step') then
             step = settings%scaled_step
          else if (is_set(settings%step)) then
             step = settings%step
          else
-            call stiffness_bound(scene, state, stiffness)
-            step = settings%safety*longest_step(scene, stiffness, state)
+            call stiffness_bound(model, state, stiffness)
+            step = settings%safety*longest_step(model, stiffness, state)
          end if
       end associate
    end function first_step
 
    !> The longest step of a scene [s]: stable for nodes that move freely, and short enough for what happens between walls whose
    !> nodes are all prescribed: nothing there can become unstable, but laws that know their past must be followed.
-   real(wp) function longest_step(scene, stiffness, state) result(step)
-      type(scene_t), intent(in) :: scene
+   real(wp) function longest_step(model, stiffness, state) result(step)
+      type(model_t), intent(in) :: model
       !> Nodal bounds (nodes) [N/m per m of thickness]
       real(wp), intent(in) :: stiffness(:)
       type(state_t), intent(in) :: state
       real(wp), allocatable :: of_walls(:)
       logical, allocatable :: held(:, :)
 
-      step = longest_stable_step(stiffness, scene%rock_damping, state%mass, scene%loads%fixed)
-      held = spread(.not. all(scene%loads%fixed, dim=1), 1, 2)
+      step = longest_stable_step(stiffness, model%rock_damping, state%mass, model%loads%fixed)
+      held = spread(.not. all(model%loads%fixed, dim=1), 1, 2)
       if (all(held)) return
       ! What bonds, joints and contact add to the rock's own; less than a rounding error of that is nothing
-      of_walls = stiffness - (1.0_wp + scene%local_damping)*scene%rock_stiffness
+      of_walls = stiffness - (1.0_wp + model%local_damping)*model%rock_stiffness
       where (of_walls < rounding*stiffness) of_walls = 0.0_wp
       step = min(step, longest_stable_step(of_walls, 0.0_wp*of_walls, state%mass, held))
       ! Neither: rock that is deformed by prescribed motion alone
       held = .false.
-      if (step >= huge(step)) step = longest_stable_step(stiffness, scene%rock_damping, state%mass, held)
+      if (step >= huge(step)) step = longest_stable_step(stiffness, model%rock_damping, state%mass, held)
    end function longest_step
 
    !> Raise masses to what the step needs. They never fall again: masses that went up and down would pump energy. Momentum
@@ -105,45 +105,45 @@ contains
    end subroutine raise_masses
 
    !> A step given in the deck must be stable at the start of a stage.
-   subroutine check_given_step(scene, stage, state, errors)
-      type(scene_t), intent(in) :: scene
+   subroutine check_given_step(model, stage, state, errors)
+      type(model_t), intent(in) :: model
       !> Stage that starts
       integer, intent(in) :: stage
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       real(wp) :: stiffness(size(state%mass)), longest
 
-      associate (settings => scene%deck%explicit)
-         if (.not. is_set(settings%step) .or. scene%solver /= solver_explicit) return
-         call stiffness_bound(scene, state, stiffness)
-         longest = longest_step(scene, stiffness, state)
+      associate (settings => model%deck%explicit)
+         if (.not. is_set(settings%step) .or. model%solver /= solver_explicit) return
+         call stiffness_bound(model, state, stiffness)
+         longest = longest_step(model, stiffness, state)
          if (settings%step <= longest) return
-         call errors%add(scene%deck%path//':'//to_text(settings%line)//': &explicit step = '//to_text(settings%step)// &
+         call errors%add(model%deck%path//':'//to_text(settings%line)//': &explicit step = '//to_text(settings%step)// &
                          ' s: longer than the stable step, '//to_text(longest)//' s at the start of stage '// &
-                         quoted(scene%deck%stage(stage)%name)//'; must be less, or be left out: the program then finds it')
+                         quoted(model%deck%stage(stage)%name)//'; must be less, or be left out: the program then finds it')
       end associate
    end subroutine check_given_step
 
    !> Nodal bounds of the stiffness of rock, joints and contact at the present state (nodes) [N/m per m of thickness].
-   subroutine stiffness_bound(scene, state, bound)
-      type(scene_t), intent(in) :: scene
+   subroutine stiffness_bound(model, state, bound)
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: bound(:)
 
-      bound = scene%rock_stiffness
-      if (scene%has_walls) then
-         state%tractions%stiffness_then = joint_stiffness(scene%joints%law, scene%joints%penalty, &
+      bound = model%rock_stiffness
+      if (model%has_walls) then
+         state%tractions%stiffness_then = joint_stiffness(model%joints%law, model%joints%penalty, &
                                                           state%tractions%contact_stiffness, state%joint)
-         call find_overlaps(scene%walls, scene%split%x, state%u, state%walls)
+         call find_overlaps(model%walls, model%split%x, state%u, state%walls)
          state%walls%moved_on = .false.
-         call wall_stiffness_bound(scene%walls, state%walls, scene%split%x, &
-                                   state%tractions%stiffness_then(scene%walls%joint)*megapascal_per_millimetre, bound)
-         call corner_stiffness_bound(scene%corners, state%corners, bound)
+         call wall_stiffness_bound(model%walls, state%walls, model%split%x, &
+                                   state%tractions%stiffness_then(model%walls%joint)*megapascal_per_millimetre, bound)
+         call corner_stiffness_bound(model%corners, state%corners, bound)
       end if
-      if (scene%has_contact) call scene%contact%add_stiffness(state%contact, bound)
-      if (scene%can_break) call bonds_stiffness_bound(scene%bonds, state%bonds, bound)
+      if (model%has_contact) call model%contact%add_stiffness(state%contact, bound)
+      if (model%can_break) call bonds_stiffness_bound(model%bonds, state%bonds, bound)
       ! Local damping adds its part of the force to it while that acts against the motion
-      bound = (1.0_wp + scene%local_damping)*bound
+      bound = (1.0_wp + model%local_damping)*bound
    end subroutine stiffness_bound
 
    !> The longest step with s dt^2 + 2 c dt <= 4 m at every node that can move [s].
