@@ -235,6 +235,20 @@ def test_wrong_decks_of_flow_are_told(femdem, tmp_path, deck, message):
 
 
 @pytest.mark.fast
+def test_lines_without_rock_need_an_outline(femdem, tmp_path):
+    grid = Grid(1.0, 1.0, 4, 4, rock=False)
+    grid.fracture("fractures", (0, 0.5), (1, 0.5))
+    grid.write(tmp_path / "mesh.msh", angle=30.0)
+    done = run(femdem, tmp_path, RUN + FRACTURES)
+    assert done.returncode == 2
+    assert "must make up a rectangle along the axes" in done.stderr
+    # Flow between two sides needs none
+    deck = RUN.replace("&flow /", "&flow permeability = .false. /") + FRACTURES + THROUGH.format(2e4, 0)
+    row = table(flow(femdem, tmp_path, deck) / "flow.csv")
+    assert row["left.inflow_m2_s"][0] == close(CONDUCTS * 2e4, ROUNDING)
+
+
+@pytest.mark.fast
 def test_groups_of_flow_need_flow(femdem, tmp_path):
     Grid(1.0, 1.0, 4, 4).write(tmp_path / "mesh.msh")
     rock = "&material group = 'rock', density = 2700, young = 30e9, poisson = 0.27 /\n"
@@ -348,6 +362,9 @@ def test_a_deck_without_flow_writes_nothing_of_it(femdem, tmp_path):
     done = run(femdem, tmp_path, deck, "--flow", "results")
     assert done.returncode == 2
     assert "deck.nml has no &flow" in done.stderr
+    done = run(femdem, tmp_path, deck + "&flow /\n", "--flow", "results", "--check")
+    assert done.returncode == 2
+    assert "it goes with none of --restart, --branch and --check" in done.stderr
 
 
 @pytest.mark.fast

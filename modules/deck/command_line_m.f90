@@ -78,6 +78,8 @@ contains
       end do
       if (command%flow /= '' .and. (command%restart /= '' .or. command%check)) &
          call errors%add('option --flow takes results as they are: it goes with neither --restart nor --check')
+      if (command%flow /= '' .and. (command%restart /= '' .or. command%check)) &
+         call errors%add('option --flow takes results as they are: it goes with none of --restart, --branch and --check')
       if (command%deck == '' .and. .not. (command%help .or. command%version .or. errors%any())) then
          call errors%add('no deck given: femdem DECK.nml (femdem --help says more)')
       end if

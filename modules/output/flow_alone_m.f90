@@ -13,6 +13,7 @@ module flow_alone_m
    use log_m, only: log_t
    use mesh_check_m, only: check_mesh
    use mesh_m, only: mesh_t, split_mesh_t, find_group, a_curve
+   use outline_m, only: outline_t, find_outline
    use permeability_m, only: permeability_t
    use provenance_m, only: provenance_of
    use story_m, only: command_text
@@ -35,8 +36,17 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(error_list_t), intent(inout) :: errors
 
+      integer, allocatable :: edge(:, :)
+      type(outline_t) :: outline
+
       if (size(mesh%triangle, 2) > 0) call check_mesh(mesh, errors)
       call check_flow_groups(deck, mesh, errors)
+      if (errors%any() .or. size(mesh%triangle, 2) > 0 .or. .not. deck%flow%permeability) return
+      call outer_edges(deck, mesh, edge)
+      call find_outline(mesh%x, edge, 0.0_wp, outline)
+   if (.not. outline%rectangle) call errors%add(deck%path//': &flow permeability: in a mesh of lines without rock the physical '// &
+                                                   'curves that are no &conduit must make up a rectangle along the axes, the '// &
+                                                   'outline; or permeability = .false.')
    end subroutine check_flow_mesh
 
    !> Solve once, write tables and fields.

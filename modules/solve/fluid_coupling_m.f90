@@ -80,7 +80,7 @@ contains
          state = start
          state%load_level = unset
          call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors)
-         if (errors%any()) return
+         if (errors%any() .or. report%interrupted) return
          call fluid_loads(self, model, state, found, errors)
          if (errors%any()) return
          miss = found - trial
