@@ -7,7 +7,7 @@ import pytest
 import kills
 
 
-@pytest.mark.parametrize("solver", ["explicit", "relaxation"])
+@pytest.mark.parametrize("solver", ["explicit", "relaxation", "implicit"])
 @pytest.mark.parametrize("cracks", [False, True], ids=["whole", "cracks"])
 def test_killed_runs_end_as_one_left_alone(solver, cracks, femdem):
     killed, differ = kills.series(femdem, solver, cracks, 4, random.Random(5))

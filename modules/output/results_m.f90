@@ -274,23 +274,34 @@ contains
    !> agree.
    subroutine record_last_cycle(self, errors)
       class(results_t), intent(inout) :: self
+      !> It may hold why the run has failed: what fails here is told from that
       type(error_list_t), intent(inout) :: errors
       type(last_cycle_t), allocatable :: last
-      integer :: before
+      type(error_list_t) :: writing
 
-      before = errors%count()
       call move_alloc(self%last, last)
       if (.not. allocated(last)) return
+      call write_last_cycle(self, last, writing)
+      call errors%append(writing)
+   end subroutine record_last_cycle
+
+   !> What is missing of a cycle.
+   subroutine write_last_cycle(self, last, errors)
+      class(results_t), intent(inout) :: self
+      type(last_cycle_t), intent(in) :: last
+      !> None yet
+      type(error_list_t), intent(inout) :: errors
+
       call check_still_there(self, errors)
-      if (errors%count() > before) return
+      if (errors%any()) return
       call self%history%put_back(errors)
       call self%flow%put_back(errors)
       if (.not. last%row) call write_rows(self, last%model, last%state, last%place, last%unbalanced, errors)
       call note_cracks_in_table(self, last%model, last%state, errors)
       if (.not. last%fields) call write_snapshot(self, last%model, last%state, last%place, errors)
-      if (errors%count() > before .or. last%checkpoint) return
+      if (errors%any() .or. last%checkpoint) return
       call save_run(self%directory//'checkpoint.h5', last%model, last%state, last%matrix, last%place, errors)
-   end subroutine record_last_cycle
+   end subroutine write_last_cycle
 
    !> A row of the history, and of the tables of flow.
    subroutine write_rows(self, model, state, place, unbalanced, errors)
