@@ -69,7 +69,7 @@ contains
       real(wp), intent(in) :: v
       real(wp) :: bounded
 
-      bounded = max(0.0_wp, min(v, closure_limit*vm))
+      bounded = between(0.0_wp, v, closure_limit*vm)
       closure_stress = kn0*bounded/(1.0_wp - bounded/vm)                                            ! (5a)
       if (v > bounded .and. v > 0.0_wp) then
          closure_stress = closure_stress + kn0/(1.0_wp - closure_limit)**2*(min(v, largest_closure) - bounded)
@@ -84,7 +84,7 @@ contains
       real(wp), intent(in) :: sn
       real(wp) :: bounded
 
-      bounded = max(0.0_wp, min(sn, limit_stress(kn0, vm)))
+      bounded = between(0.0_wp, sn, limit_stress(kn0, vm))
       closure = bounded*vm/(kn0*vm + bounded)                                                       ! (5b)
       if (sn > bounded .and. sn > 0.0_wp) closure = closure + (sn - bounded)/(kn0/(1.0_wp - closure_limit)**2)
    end function closure
@@ -97,7 +97,7 @@ contains
       real(wp), intent(in) :: sn
       real(wp) :: bounded
 
-      bounded = max(0.0_wp, min(sn, limit_stress(kn0, vm)))
+      bounded = between(0.0_wp, sn, limit_stress(kn0, vm))
       normal_stiffness = (bounded + kn0*vm)**2/(kn0*vm**2)                                          ! (11)
    end function normal_stiffness
 
@@ -108,6 +108,13 @@ contains
 
       limit_stress = kn0*vm*closure_limit/(1.0_wp - closure_limit)
    end function limit_stress
+
+   !> The value, or the bound it exceeds.
+   elemental real(wp) function between(lowest, value, highest)
+      real(wp), intent(in) :: lowest, value, highest
+
+      between = max(lowest, min(value, highest))
+   end function between
 
    ! ---- The path over the curves of the cycles ---------------------------------------------------------------------
 
