@@ -11,7 +11,7 @@ module joints_m
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joint_law_m, only: law_item_t
    use jcm_m, only: aperture
-   use riding_m, only: ride_t, ride, closure_pressure, pressure_stiffness
+   use riding_m, only: ride_t, ride, closure_pressure
    use solid_m, only: solid_t, solid_stress
    use wall_contact_m, only: wall_contact_t, wall_meeting_t, points_of_joints, wall_slip_rate
    implicit none
@@ -57,7 +57,7 @@ module joints_m
    end type tractions_t
 
    public :: init_joints, init_tractions, add_joints, couple_walls, couple_potential, joint_stiffness, have_stiffened, &
-             wall_overlap, softer_joint
+             wall_overlap, press_softer
 
    !> The stable step has to be computed again when a joint has become this much stiffer
    real(wp), parameter :: stiffer = 1.1_wp
@@ -127,7 +127,7 @@ contains
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :), v(:, :)
       type(tractions_t), intent(inout) :: tractions
       !> State of the joints (joints)
-      type(joint_point_t), intent(inout) :: point(:)
+      type(joint_point_t), contiguous, intent(inout) :: point(:)
       !> Opening w and aperture (joints) [mm]
       real(wp), intent(inout) :: opening(:), open_aperture(:)
       type(joint_frame_t) :: frame(size(walls%joint)/2)
@@ -182,7 +182,7 @@ contains
       real(wp), contiguous, intent(in) :: u(:, :)
       type(joint_frame_t), intent(in) :: frame
       !> State of the joints at the start of the step (joints)
-      type(joint_point_t), intent(in) :: point(:)
+      type(joint_point_t), contiguous, intent(in) :: point(:)
       type(tractions_t), intent(inout) :: tractions
       real(wp) :: stress, overlap, force, covered, stiffness, stiffest, weighed
       integer :: k, softer
@@ -207,14 +207,14 @@ contains
       weighed = 0.0_wp
       do k = first, last
          overlap = wall_overlap(joints, met, tractions, j, k)
-         softer = softer_joint(joints, met, point, j, k, overlap)
-         stress = closure_stress(joints, point, softer, overlap)
+         call press_softer(joints, met, point, j, k, overlap, softer, stress)
          tractions%pressure(k) = stress*megapascal
          force = force + stress*met%weight(k)
          if (stress <= 0.0_wp) cycle
-         stiffness = pressure_stiffness(joints%law(softer)%raw, joints%penalty(softer), point(softer), stress)
-         tractions%by_closure(k) = stiffness
+         tractions%by_closure(k) = joints%penalty(softer)
          if (joints%penalty(softer) > 0.0_wp) cycle
+         stiffness = joints%law(softer)%raw%normal_stiffness(point(softer), stress)
+         tractions%by_closure(k) = stiffness
          stiffest = max(stiffest, stiffness)
          weighed = weighed + stiffness*met%weight(k)
       end do
@@ -238,36 +238,32 @@ contains
       if (joints%coupled(j)) overlap = overlap + tractions%ride(j)%dilation
    end function wall_overlap
 
-   !> Contact pressure of an overlap by the closure of a joint or its penalty [MPa].
-   pure real(wp) function closure_stress(joints, point, j, overlap) result(stress)
-      type(joints_t), intent(in) :: joints
-      !> At the start of the step (joints)
-      type(joint_point_t), intent(in) :: point(:)
-      integer, intent(in) :: j
-      !> [mm]
-      real(wp), intent(in) :: overlap
-
-      stress = closure_pressure(joints%law(j)%raw, joints%penalty(j), point(j), overlap)
-   end function closure_stress
-
    !> The joint whose closure holds at an integration point. Where a wall has come to face the wall of another joint, beyond a
    !> crossing or on another block edge, it is the softer of the two: the closure that one has is no overlap for the other.
-   pure integer function softer_joint(joints, met, point, j, k, overlap) result(softer)
+   pure subroutine press_softer(joints, met, point, j, k, overlap, softer, stress)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
       !> Joints at the start of the step (joints)
-      type(joint_point_t), intent(in) :: point(:)
+      type(joint_point_t), contiguous, intent(in) :: point(:)
       !> Joint of the wall, integration point
       integer, intent(in) :: j, k
       !> [mm]
       real(wp), intent(in) :: overlap
+      integer, intent(out) :: softer
+      !> Contact pressure by its closure or its penalty [MPa]
+      real(wp), intent(out) :: stress
+      real(wp) :: faced
 
       softer = j
+      stress = closure_pressure(joints%law(j)%raw, joints%penalty(j), point(j), overlap)
       associate (other => met%faced_joint(k))
          if (other == 0 .or. other == j .or. overlap <= 0.0_wp) return
-         if (closure_stress(joints, point, other, overlap) < closure_stress(joints, point, j, overlap)) softer = other
+         faced = closure_pressure(joints%law(other)%raw, joints%penalty(other), point(other), overlap)
+         if (faced >= stress) return
+         softer = other
+         stress = faced
       end associate
-   end function softer_joint
+   end subroutine press_softer
 
    !> Update all joints in potential contact from the contact forces of the step before; their mobilised friction then
    !> bounds the friction of the next.
@@ -279,7 +275,7 @@ contains
       !> Normal and shear stress of the contact, as means over the joints (joints) [Pa]
       real(wp), intent(in) :: normal(:), shear(:)
       type(tractions_t), intent(inout) :: tractions
-      type(joint_point_t), intent(inout) :: point(:)
+      type(joint_point_t), contiguous, intent(inout) :: point(:)
       !> Opening w and aperture (joints) [mm]
       real(wp), intent(inout) :: opening(:), open_aperture(:)
       integer :: j
