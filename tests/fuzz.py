@@ -105,8 +105,8 @@ JOINTS = (
 )
 FRACTURE = (
     "",
-    "&fracture group = 'all', tensile_strength = 2e5, cohesion = 3e5, friction_angle = 30, g_i = 10, g_ii = 30 /\n",
-    "&fracture group = 'rock', insertion = 'everywhere', tensile_strength = 4e6, cohesion = 6e6,"
+    "&cohesive group = 'all', tensile_strength = 2e5, cohesion = 3e5, friction_angle = 30, g_i = 10, g_ii = 30 /\n",
+    "&cohesive group = 'rock', insertion = 'everywhere', tensile_strength = 4e6, cohesion = 6e6,"
     " friction_angle = 40, g_i = 20, g_ii = 60, crack_joint = 'fracture' /\n",
 )
 REST = """&contact friction_angle = 30, skin_factor = 0.2 /

@@ -23,7 +23,7 @@ import fuzz
 
 TOP = Path(__file__).resolve().parent.parent
 
-CRACKS = "&fracture group = 'all', tensile_strength = {0}, cohesion = {1}, friction_angle = 30, g_i = 20, g_ii = 60 /\n"
+CRACKS = "&cohesive group = 'all', tensile_strength = {0}, cohesion = {1}, friction_angle = 30, g_i = 20, g_ii = 60 /\n"
 # Strengths and shear load with which edges are cut one after the other; with the explicit solver four of them break
 STRENGTH = {"explicit": (2e5, 1.2e6), "implicit": (2e5, 1.6e6), "relaxation": (2e5, 1.6e6)}
 SHEAR = {"explicit": "tx = 2e6", "implicit": "tx = 1e6", "relaxation": "tx = 1e6"}

@@ -374,7 +374,7 @@ def test_bonds_conduct_when_they_have_broken(femdem, tmp_path):
     grid.write(tmp_path / "mesh.msh")
     deck = "&run mesh = 'mesh.msh', solver = 'explicit' /\n" + ROCK + ROCK.replace("'rock'", "'weak'")
     deck += (
-        "&fracture group = 'weak', insertion = 'regions', tensile_strength = 2e6, cohesion = 15e6, friction_angle = 26.6,"
+        "&cohesive group = 'weak', insertion = 'regions', tensile_strength = 2e6, cohesion = 15e6, friction_angle = 26.6,"
         " g_i = 10, g_ii = 500 /\n"
         "&boundary group = 'bottom', vx = 0, vy = 0 /\n"
         "&boundary group = 'top', stage = 'stretch', vx = 0, vy = 5e-4 /\n"

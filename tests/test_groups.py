@@ -83,10 +83,10 @@ def test_groups_without_elements_are_errors(femdem, tmp_path):
     strength = "tensile_strength = 7e6, cohesion = 15e6, friction_angle = 26.6, g_i = 100, g_ii = 500"
     deck = RUN + ROCK.format("rock") + JOINT.format("fracture") + HELD.format("bottom") + STAGE
     deck += ROCK.format("no rock") + JOINT.format("no joint") + HELD.format("no side")
-    deck += f"&fracture group = 'no rock', {strength} /\n&pore_pressure group = 'no joint', pressure = 1 /\n"
+    deck += f"&cohesive group = 'no rock', {strength} /\n&pore_pressure group = 'no joint', pressure = 1 /\n"
     done = run(femdem, mesh, deck, tmp_path, "--check")
     assert done.returncode == 2, done.stderr
-    for what in ("&material", "&fracture"):
+    for what in ("&material", "&cohesive"):
         assert f"{what} group = 'no rock': this group of the mesh is empty" in done.stderr
     for what in ("&joint", "&pore_pressure"):
         assert f"{what} group = 'no joint': this group of the mesh is empty" in done.stderr
@@ -135,3 +135,17 @@ def test_a_coulomb_joint_has_the_stiffness_of_its_penalty(solver, femdem, tmp_pa
         column = "fracture." + name
         assert rows[0][column] == pytest.approx(rows[1][column], rel=1e-9), name
     assert abs(rows[0]["fracture.shear_displacement_mm"]) > 1e-6
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("name", ["cohesive", "fracture"])
+def test_rock_that_breaks_by_its_name_and_by_its_old_one(name, femdem, tmp_path):
+    mesh = with_top(wrong_meshes.Mesh())
+    mesh.groups = {"rock": (2, 3), "bottom": (1, 1), "joint": (1, 2), "top": (1, 9)}
+    breaks = f"&{name} group = 'rock', tensile_strength = 3e6, cohesion = 8e6, friction_angle = 30, g_i = 50, g_ii = 200 /\n"
+    deck = RUN + ROCK.format("rock") + JOINT.format("joint") + HELD.format("bottom") + TOP + STAGE + breaks
+    done = run(femdem, mesh, deck, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert ("&fracture is called &cohesive now" in done.stderr) == (name == "fracture")
+    assert "&cohesive" in (tmp_path / "results" / "deck.nml").read_text()
+    assert (tmp_path / "results" / "cracks.csv").exists()

@@ -73,7 +73,7 @@ def test_the_answer_is_that_at_the_origin(solver, place, femdem, tmp_path):
 @pytest.mark.fast
 def test_cracks_are_where_the_map_has_them(femdem, tmp_path):
     deck = RUN.replace("implicit", "explicit") + ROCK.format("rock") + HELD.format("bottom")
-    deck += f"&fracture group = 'rock', insertion = 'everywhere', {STRENGTH} /\n"
+    deck += f"&cohesive group = 'rock', insertion = 'everywhere', {STRENGTH} /\n"
     deck += "&boundary group = 'top', vy = 0.5 /\n&stage name = 'pull', move_time = 5e-3 /\n"
     places = []
     for place in ((0, 0), *PLACES):

@@ -33,7 +33,7 @@ def test_names_come_back(name, femdem, tmp_path):
     deck = RUN.replace("implicit", "explicit") + ROCK.format("rock") + HELD.format("bottom")
     deck += f"&joint group = '{in_deck(joint)}', {law} /\n&joint group = 'second', {law} /\n"
     deck += f"&stage name = '{in_deck(name)}', move_time = 5e-3 /\n&boundary group = 'top', vy = 0.5 /\n"
-    deck += "&fracture group = 'rock', insertion = 'everywhere', tensile_strength = 0.3e6, cohesion = 15e6, "
+    deck += "&cohesive group = 'rock', insertion = 'everywhere', tensile_strength = 0.3e6, cohesion = 15e6, "
     deck += "friction_angle = 26.6, g_i = 100, g_ii = 500 /\n"
     done = run(femdem, mesh, deck, tmp_path)
     assert done.returncode == 0, done.stderr

@@ -354,7 +354,7 @@ def test_range_of_the_colours_goes_by_length():
 def write_cracks(directory):
     """Two cracks, one of them later than the snapshots"""
     with (directory / "deck.nml").open("a") as file:
-        file.write("&fracture group = 'rock' /\n")
+        file.write("&cohesive group = 'rock' /\n")
     rows = ["time_s,stage,x_m,y_m,angle_deg,length_m,mode,energy_J"]
     rows += ["0.15,load,0.5,0.5,45,0.2,I,1.0", "0.3,load,1.5,1.5,0,0.1,II,1.0"]
     (directory / "cracks.csv").write_text("\n".join(rows) + "\n")
@@ -367,7 +367,7 @@ def test_cracks_of_an_older_run_in_the_directory_are_not_drawn(tmp_path):
     directory = write_cracks(write_network(tmp_path))
     assert len(network_maps.read_cracks(Results(directory)).lines) == 2
     deck = (directory / "deck.nml").read_text()
-    (directory / "deck.nml").write_text(deck.replace("&fracture group = 'rock' /", ""))
+    (directory / "deck.nml").write_text(deck.replace("&cohesive group = 'rock' /", ""))
     assert len(network_maps.read_cracks(Results(directory)).lines) == 0
 
 

@@ -17,7 +17,7 @@ from scene import find_cases, run_case
 
 NETWORK = Path(__file__).resolve().parent.parent / "input" / "network"
 CRACKS = (
-    "&fracture group = 'all', tensile_strength = 3e6, cohesion = 8e6, friction_angle = 30, crack_friction_angle = 31, "
+    "&cohesive group = 'all', tensile_strength = 3e6, cohesion = 8e6, friction_angle = 30, crack_friction_angle = 31, "
     "g_i = 50, g_ii = 200 /\n"
 )
 

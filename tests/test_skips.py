@@ -2,14 +2,14 @@
 
 Each scene is run by every solver that can do it, with all skips on, with each of them turned off alone and with all turned
 off: those of &plan, the implicit solver's kept matrix (&implicit matrix), and no cohesive joints where nothing breaks
-(&fracture with strengths that are never reached). Compared are the means over the joints, the rock's strain energy and the
+(&cohesive with strengths that are never reached). Compared are the means over the joints, the rock's strain energy and the
 displacement of every node at the end. What is found is printed (pytest -s).
 
 What may differ, and why:
   nothing but rounding    contact looked for where it cannot be, all nodes cleared, viscous forces of no viscosity, loads anew;
                           any of them in the implicit solver, and everything but other masses in the relaxation solver
   other steps             the explicit solver with its step found in every step (a search has the step found too), or with its
-                          surfaces numbered anew (&fracture does that): a run that ends at a given unbalanced force ends in
+                          surfaces numbered anew (&cohesive does that): a run that ends at a given unbalanced force ends in
                           another step, and one that does not has the error of its time stepping
   the balance asked for   the implicit solver with another matrix, the relaxation solver with other masses
 """
@@ -29,7 +29,7 @@ from scene_motion import changed_deck, run_deck
 PLAN = ("contact", "search", "nodes", "viscosity", "step", "loads")
 # Without viscosity to find; a single step or no masses to find
 NOT_IN = {"explicit": (), "relaxation": ("viscosity",), "implicit": ("nodes", "viscosity", "step")}
-STRONG = "&fracture group = 'all', tensile_strength = 1e12, cohesion = 1e12, friction_angle = 30, g_i = 1e12, g_ii = 1e12 /"
+STRONG = "&cohesive group = 'all', tensile_strength = 1e12, cohesion = 1e12, friction_angle = 30, g_i = 1e12, g_ii = 1e12 /"
 ROUNDING = 1e-9
 # Ten times &implicit and &relaxation tolerance
 BALANCE = {"implicit": 1e-6, "relaxation": 1e-5}

@@ -8,7 +8,7 @@
 module contact_m
    use kinds_m, only: wp
    use mesh_m, only: split_mesh_t
-   use nbs_m, only: find_overlaps
+   use nbs_m, only: find_box_pairs
    use friction_m, only: slide, velocity_friction, friction_slider, friction_velocity
    use potential_m, only: push_t, push_target, pair_penalty, twice_area
    use surfaces_m, only: surfaces_can_meet, groups_at_triangles, groups_t
@@ -285,7 +285,7 @@ contains
          a = split%x(:, self%node(:, i)) + displacement(:, self%node(:, i))
          box(:, i) = bounds(a) + self%half_skin(i)*[-1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp]
       end do
-      call find_overlaps(box, candidate)
+      call find_box_pairs(box, candidate)
 
       allocate (keep(size(candidate, 2)), is_near(size(box, 2)))
       is_near = .false.

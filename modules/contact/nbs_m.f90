@@ -14,7 +14,7 @@ module nbs_m
    implicit none
    private
 
-   public :: find_overlaps
+   public :: find_box_pairs
 
    !> Finest and coarsest cell differ at most by this power of two
    integer, parameter :: max_levels = 31
@@ -56,7 +56,7 @@ module nbs_m
 contains
 
    !> Every pair of boxes that overlap or touch, once each, the smaller number first.
-   subroutine find_overlaps(box, pair)
+   subroutine find_box_pairs(box, pair)
       !> Boxes (4, n): xmin, xmax, ymin, ymax [m]
       real(wp), intent(in) :: box(:, :)
       !> Pairs (2, pairs) of box numbers, first < second; the order of the pairs means nothing
@@ -79,7 +79,7 @@ contains
       end if
       allocate (pair(2, found%n))
       pair = found%pair(:, :found%n)
-   end subroutine find_overlaps
+   end subroutine find_box_pairs
 
    !> Sort the boxes by level, and say where each level begins.
    pure subroutine sort_by_level(box, sorted, order, first, finest)

@@ -72,7 +72,7 @@ module wall_contact_m
       integer, allocatable :: beside(:, :)
    end type wall_meeting_t
 
-   public :: init_wall_contact, init_meeting, find_overlaps, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
+   public :: init_wall_contact, init_meeting, meet_walls, add_wall_forces, wall_stiffness_bound, wall_slip_rate, &
              surfaces_walked, walls_touching, points_of_joints, facing_part, facing_part_slope
 
 contains
@@ -292,7 +292,7 @@ contains
    end function direction
 
    !> Find the integration points of all walls for the current displacement.
-   subroutine find_overlaps(walls, x, u, met)
+   subroutine meet_walls(walls, x, u, met)
       type(wall_contact_t), intent(in) :: walls
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
@@ -335,7 +335,7 @@ contains
          met%reached(w) = 0.0_wp
          if (met%points > before) met%reached(w) = max(0.0_wp, -minval(met%gap(before + 1:met%points))/length)
       end do
-   end subroutine find_overlaps
+   end subroutine meet_walls
 
    !> Add the points of the edges that follow the one faced, in one direction, while they still overlap the wall.
    subroutine walk_on(walls, w, x, u, a, b, t, length, ahead, met)

@@ -15,7 +15,7 @@ module contact_group_m
    real(wp), parameter :: right_angle = 90.0_wp
 
    !> &contact
-   type, public :: contact_t
+   type, public :: contact_group_t
       !> Line of the deck on which the group starts (0: not in the deck)
       integer :: line = 0
       !> Do free surfaces touch each other?
@@ -30,7 +30,7 @@ module contact_group_m
       real(wp) :: tangential_factor = 1.0_wp
       !> Stiffness of blocks against each other at the corners of crossings over Young's modulus; 0: corners pass [-]
       real(wp) :: corner_factor = 30.0_wp
-   end type contact_t
+   end type contact_group_t
 
    type(variable_t), parameter :: variables(*) = [ &
                                   variable_t('active', a_switch), &
@@ -48,7 +48,7 @@ contains
       !> The group as written
       type(group_slice_t), intent(in) :: slice
       !> Its settings
-      type(contact_t), intent(out) :: contact
+      type(contact_group_t), intent(out) :: contact
       type(error_list_t), intent(inout) :: errors
       character(len=:), allocatable :: text
       character(len=256) :: message
@@ -65,7 +65,7 @@ contains
    !> Ranges and choices.
    subroutine check_contact(slice, contact, errors)
       type(group_slice_t), intent(in) :: slice
-      type(contact_t), intent(inout) :: contact
+      type(contact_group_t), intent(inout) :: contact
       type(error_list_t), intent(inout) :: errors
 
       call check_choice(errors, slice, 'friction', contact%friction, frictions)
@@ -77,7 +77,7 @@ contains
 
    !> Write the effective group, every variable.
    subroutine write_contact(contact, unit)
-      type(contact_t), intent(in) :: contact
+      type(contact_group_t), intent(in) :: contact
       integer, intent(in) :: unit
 
       call begin_group(unit, 'contact')

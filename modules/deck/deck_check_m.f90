@@ -7,7 +7,7 @@ module deck_check_m
    use deck_variable_m, only: name_length
    use boundary_group_m, only: boundary_t, prescribable, prescribed, check_clash, every_stage
    use joint_group_m, only: list_warnings
-   use deck_m, only: deck_t, deck_path
+   use deck_m, only: deck_t, deck_path, old_cohesive
    implicit none
    private
 
@@ -135,7 +135,7 @@ contains
 
       call check_distinct(deck, 'material', 'group', deck%material%group, deck%material%line, errors)
       call check_distinct(deck, 'joint', 'group', deck%joint%group, deck%joint%line, errors)
-      call check_distinct(deck, 'fracture', 'group', deck%fracture%group, deck%fracture%line, errors)
+      call check_distinct(deck, 'cohesive', 'group', deck%cohesive%group, deck%cohesive%line, errors)
       call check_distinct(deck, 'initial', 'group', deck%initial%group, deck%initial%line, errors)
       call check_distinct(deck, 'stage', 'name', deck%stage%name, deck%stage%line, errors)
    end subroutine check_repeated_names
@@ -147,12 +147,12 @@ contains
       character(len=:), allocatable :: nearest
       integer :: i
 
-      do i = 1, size(deck%fracture)
-         associate (name => deck%fracture(i)%crack_joint)
+      do i = 1, size(deck%cohesive)
+         associate (name => deck%cohesive(i)%crack_joint)
             if (name == '' .or. any(deck%joint%group == name)) cycle
             nearest = nearest_word(name, deck%joint%group)
             if (nearest /= '') nearest = '; did you mean '//quoted(nearest)//'?'
-            call errors%add(at(deck, deck%fracture(i)%line, 'fracture')//'crack_joint = '//quoted(name)// &
+            call errors%add(at(deck, deck%cohesive(i)%line, 'cohesive')//'crack_joint = '//quoted(name)// &
                             ': no &joint has this group'//nearest)
          end associate
       end do
@@ -261,6 +261,10 @@ contains
       type(error_list_t), intent(inout) :: warnings
       integer :: i
 
+      do i = 1, size(deck%old_name)
+         call warnings%add(deck%path//':'//to_text(deck%old_name(i))//': &'//old_cohesive//' is called &cohesive now; its old '// &
+                           'name is read in this version for the last time')
+      end do
       do i = 1, size(deck%material)
          call warn_of_material(deck, i, warnings)
       end do

@@ -6,8 +6,8 @@ module deck_m
    use run_group_m, only: run_t, read_run, write_run
    use material_group_m, only: material_t, read_material, write_material
    use joint_group_m, only: joint_t, read_joint, write_joint
-   use fracture_group_m, only: fracture_t, read_fracture, write_fracture
-   use contact_group_m, only: contact_t, read_contact, write_contact
+   use cohesive_group_m, only: cohesive_group_t, read_cohesive, write_cohesive
+   use contact_group_m, only: contact_group_t, read_contact, write_contact
    use boundary_group_m, only: boundary_t, read_boundary, write_boundary
    use initial_group_m, only: initial_t, read_initial, write_initial
    use pore_pressure_group_m, only: pore_pressure_t, read_pore_pressure, write_pore_pressure
@@ -39,8 +39,8 @@ module deck_m
       type(run_t) :: run
       type(material_t), allocatable :: material(:)
       type(joint_t), allocatable :: joint(:)
-      type(fracture_t), allocatable :: fracture(:)
-      type(contact_t) :: contact
+      type(cohesive_group_t), allocatable :: cohesive(:)
+      type(contact_group_t) :: contact
       type(boundary_t), allocatable :: boundary(:)
       type(initial_t), allocatable :: initial(:)
       type(pore_pressure_t), allocatable :: pore_pressure(:)
@@ -57,11 +57,15 @@ module deck_m
       type(relaxation_t) :: relaxation
       type(plan_t) :: plan
       type(output_t) :: output
+      !> Lines of &cohesive groups that have their old name, &fracture
+      integer, allocatable :: old_name(:)
    end type deck_t
 
+   !> &cohesive was called so: what rock that may break is, not the fractures that are there before
+   character(len=*), parameter, public :: old_cohesive = 'fracture'
    !> Names of all groups, and of those that may be given more than once
    character(len=*), parameter :: repeated_names(*) = &
-                                  [character(len=13) :: 'material', 'joint', 'fracture', 'boundary', 'initial', &
+                                  [character(len=13) :: 'material', 'joint', 'cohesive', 'boundary', 'initial', &
                                                          'pore_pressure', 'conduit', 'porous', 'flow_boundary', 'stage']
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=13) :: 'run', repeated_names, &
@@ -99,12 +103,28 @@ contains
       deck%path = path
       deck%directory = path(:index(path, '/', back=.true.))
       call scan_deck(path, text, slice, errors)
+      call take_old_names(slice, deck%old_name)
       call check_group_names(slice, errors)
       call allocate_repeated(slice, deck)
       do i = 1, size(slice)
          call read_group(slice, i, deck, errors)
       end do
    end subroutine parse_deck
+
+   !> Groups by the names they had in the version before, which are still read.
+   subroutine take_old_names(slice, old_name)
+      type(group_slice_t), intent(inout) :: slice(:)
+      !> Lines of groups that have their old name
+      integer, allocatable, intent(out) :: old_name(:)
+      integer :: i
+
+      old_name = [integer ::]
+      do i = 1, size(slice)
+         if (slice(i)%name /= old_cohesive) cycle
+         slice(i)%name = 'cohesive'
+         old_name = [old_name, slice(i)%line]
+      end do
+   end subroutine take_old_names
 
    !> A path of the deck, which is relative to the deck's directory, as the program can open it.
    pure function deck_path(deck, path)
@@ -133,8 +153,8 @@ contains
          call read_material(slice(i), deck%material(n), errors)
       case ('joint')
          call read_joint(slice(i), deck%joint(n), errors)
-      case ('fracture')
-         call read_fracture(slice(i), deck%fracture(n), errors)
+      case ('cohesive')
+         call read_cohesive(slice(i), deck%cohesive(n), errors)
       case ('contact')
          call read_contact(slice(i), deck%contact, errors)
       case ('boundary')
@@ -215,7 +235,7 @@ contains
       type(deck_t), intent(inout) :: deck
 
       allocate (deck%material(number_of(slice, 'material')), deck%joint(number_of(slice, 'joint')), &
-                deck%fracture(number_of(slice, 'fracture')), &
+                deck%cohesive(number_of(slice, 'cohesive')), &
                 deck%boundary(number_of(slice, 'boundary')), deck%initial(number_of(slice, 'initial')), &
                 deck%pore_pressure(number_of(slice, 'pore_pressure')), &
                 deck%conduit(number_of(slice, 'conduit')), deck%porous(number_of(slice, 'porous')), &
@@ -260,8 +280,8 @@ contains
       do i = 1, size(deck%joint)
          call write_joint(deck%joint(i), unit)
       end do
-      do i = 1, size(deck%fracture)
-         call write_fracture(deck%fracture(i), unit)
+      do i = 1, size(deck%cohesive)
+         call write_cohesive(deck%cohesive(i), unit)
       end do
       call write_contact(deck%contact, unit)
       do i = 1, size(deck%boundary)

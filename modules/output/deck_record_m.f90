@@ -143,7 +143,7 @@ contains
       select case (name)
       case ('output', 'plan')
          return
-      case ('material', 'joint', 'fracture', 'initial')
+      case ('material', 'joint', 'cohesive', 'initial')
          group = group//' group = '//value_of(entry, 'group')
       case ('boundary', 'pore_pressure')
          group = group//' group = '//value_of(entry, 'group')//', stage = '//value_of(entry, 'stage')
@@ -174,7 +174,7 @@ contains
       select case (name)
       case ('material', 'joint')
          group = group//' group = '//value_of(entry, 'group')
-      case ('fracture')
+      case ('cohesive')
          if (.not. cracked) return
          group = group//' group = '//value_of(entry, 'group')
       case ('boundary', 'pore_pressure')
@@ -199,7 +199,7 @@ contains
             if (any(variable == ['equilibrium  ', 'max_rest_time'])) cycle
          end if
          if (name == explicit_group .and. all(variable /= ['mass_scaling', 'scaled_step '])) cycle
-         if (name == 'fracture' .and. any(variable == ['insertion      ', 'insertion_level', 'check_every    '])) cycle
+         if (name == 'cohesive' .and. any(variable == ['insertion      ', 'insertion_level', 'check_every    '])) cycle
          text = text//group//mark//variable//mark//trim(entry(i)%value)//line_feed
       end do
    end function group_text

@@ -272,12 +272,12 @@ contains
       at_start = pack(model%cut%edge, model%cut%group == 0)
       if (.not. starts_with(edge, at_start)) then
          call errors%add(path//': the run that wrote it had other cohesive joints from its start than this deck has ('// &
-                         to_text(size(at_start))//'); group and insertion of every &fracture must be the same')
+                         to_text(size(at_start))//'); group and insertion of every &cohesive must be the same')
          return
       end if
       later = edge(size(at_start) + 1:)
       if (.not. can_be_cut(model, later)) then
-         call errors%add(path//': has cracks in rock that cannot break in this deck; give it the &fracture groups of the deck '// &
+         call errors%add(path//': has cracks in rock that cannot break in this deck; give it the &cohesive groups of the deck '// &
                          'that wrote the checkpoint')
          return
       end if

@@ -38,7 +38,7 @@ module bonds_m
       !> Law of each bond, opening and slip it was put in with (2, points, bonds) [m]
       type(cohesive_t), allocatable :: law(:)
       real(wp), allocatable :: shift(:, :, :)
-      !> Index of the deck's &fracture group (bonds)
+      !> Index of the deck's &cohesive group (bonds)
       integer, allocatable :: setting(:)
    end type bonds_t
 

@@ -5,7 +5,7 @@ module cracks_m
    use constants_m, only: megapascal, millimetre, radians
    use text_m, only: to_text
    use log_m, only: log_t
-   use fracture_group_m, only: all_rock
+   use cohesive_group_m, only: all_rock
    use cohesive_m, only: cohesive_t, overstress
    use bond_m, only: bond_is_broken, bond_has_parted, bond_energy, bond_mode, bond_weight
    use bonds_m, only: crack_event_t, start_bond, is_closed
@@ -40,7 +40,7 @@ contains
       model%can_break = any(model%breakable > 0)
       if (.not. model%can_break) return
       model%bonds%fractures = size(model%split%joint, 2)
-      model%check_every = minval(model%deck%fracture%check_every)
+      model%check_every = minval(model%deck%cohesive%check_every)
       chosen = pack([(e, e=1, size(at_start))], at_start)
       call recut(model, state, chosen, parent)
       model%breakable(chosen) = 0
@@ -49,7 +49,7 @@ contains
       call warn_of_bonds(model, log)
    end subroutine start_cracks
 
-   !> Which &fracture each edge of the mesh follows, and whether it is cut from the start.
+   !> Which &cohesive each edge of the mesh follows, and whether it is cut from the start.
    subroutine find_breakable(model, at_start)
       type(model_t), intent(inout) :: model
       logical, allocatable, intent(out) :: at_start(:)
@@ -58,23 +58,23 @@ contains
 
       allocate (model%breakable(size(model%edges%triangles)), source=0)
       allocate (at_start(size(model%edges%triangles)), source=.false.)
-      if (size(model%deck%fracture) == 0) return
+      if (size(model%deck%cohesive) == 0) return
       do e = 1, size(model%breakable)
          if (model%edges%triangles(e) /= 2) cycle
          do k = 1, 2
-            of(k) = fracture_of(model, model%edges%triangle(k, e))
+            of(k) = cohesive_of(model, model%edges%triangle(k, e))
          end do
          ! Between two kinds of rock the weaker breaks; an edge of a surface to rock that cannot break belongs to
          ! 'everywhere' only
          if (all(of > 0)) then
             chosen = of(1)
-            if (model%deck%fracture(of(2))%tensile_strength < model%deck%fracture(of(1))%tensile_strength) chosen = of(2)
+            if (model%deck%cohesive(of(2))%tensile_strength < model%deck%cohesive(of(1))%tensile_strength) chosen = of(2)
          else
             chosen = maxval(of)
             if (chosen == 0) cycle
-            if (model%deck%fracture(chosen)%insertion /= 'everywhere') cycle
+            if (model%deck%cohesive(chosen)%insertion /= 'everywhere') cycle
          end if
-         insertion = trim(model%deck%fracture(chosen)%insertion)
+         insertion = trim(model%deck%cohesive(chosen)%insertion)
          if (insertion == 'none') cycle
          model%breakable(e) = chosen
          at_start(e) = insertion /= 'adaptive'
@@ -83,20 +83,20 @@ contains
       at_start(model%cut%edge) = .false.
    end subroutine find_breakable
 
-   !> Index of the &fracture group of a triangle: that of its surface before that of all rock; 0: none.
-   pure integer function fracture_of(model, triangle) result(fracture)
+   !> Index of the &cohesive group of a triangle: that of its surface before that of all rock; 0: none.
+   pure integer function cohesive_of(model, triangle) result(fracture)
       type(model_t), intent(in) :: model
       integer, intent(in) :: triangle
       integer :: i
 
       fracture = 0
-      do i = 1, size(model%deck%fracture)
-         if (fracture == 0 .and. model%deck%fracture(i)%group == all_rock) fracture = i
+      do i = 1, size(model%deck%cohesive)
+         if (fracture == 0 .and. model%deck%cohesive(i)%group == all_rock) fracture = i
       end do
-      do i = 1, size(model%deck%fracture)
-         if (model%deck%fracture(i)%group == model%split%group(model%split%triangle_group(triangle))%name) fracture = i
+      do i = 1, size(model%deck%cohesive)
+         if (model%deck%cohesive(i)%group == model%split%group(model%split%triangle_group(triangle))%name) fracture = i
       end do
-   end function fracture_of
+   end function cohesive_of
 
    !> Say when the stiffness of the bonds is too low for the fracture energies.
    subroutine warn_of_bonds(model, log)
@@ -216,15 +216,15 @@ contains
       type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       integer, allocatable :: edge(:)
-      type(cohesive_t) :: rock(size(model%deck%fracture))
+      type(cohesive_t) :: rock(size(model%deck%cohesive))
       logical, allocatable :: over(:)
       real(wp), allocatable :: stress(:, :)
       real(wp) :: normal, shear
       integer :: e, t
 
-      rock%tensile_strength = model%deck%fracture%tensile_strength
-      rock%cohesion = model%deck%fracture%cohesion
-      rock%internal = tan(model%deck%fracture%friction_angle*radians)
+      rock%tensile_strength = model%deck%cohesive%tensile_strength
+      rock%cohesion = model%deck%cohesive%cohesion
+      rock%internal = tan(model%deck%cohesive%friction_angle*radians)
       allocate (stress(3, size(model%split%triangle, 2)), over(size(model%breakable)))
       do t = 1, size(stress, 2)
          stress(:, t) = solid_stress(model%solid, t, state%u)
@@ -236,7 +236,7 @@ contains
             call stress_across(model, state, e, 0.5_wp*(stress(:, beside(1)) + stress(:, beside(2))), normal, shear)
          end associate
          over(e) = overstress(rock(model%breakable(e)), normal, shear) >= &
-            model%deck%fracture(model%breakable(e))%insertion_level
+            model%deck%cohesive(model%breakable(e))%insertion_level
       end do
       edge = pack([(e, e=1, size(over))], over)
    end function overstressed_edges

@@ -5,7 +5,7 @@ module forces_m
    use solver_choice_m, only: solver_implicit
    use state_m, only: state_t
    use solid_m, only: solid_forces, viscous_forces
-   use wall_contact_m, only: find_overlaps, add_wall_forces
+   use wall_contact_m, only: meet_walls, add_wall_forces
    use corners_m, only: add_corner_forces
    use contact_m, only: contact_energy_t
    use joints_m, only: couple_walls, couple_potential
@@ -50,7 +50,7 @@ contains
          call clear_at(model%touching, state%friction)
       end if
       if (model%has_walls) then
-         call find_overlaps(model%walls, model%split%x, state%u, state%walls)
+         call meet_walls(model%walls, model%split%x, state%u, state%walls)
          call couple_walls(model%joints, model%walls, state%walls, model%solid, model%split%x, state%u, state%v, &
                            state%tractions, state%joint, state%opening, state%aperture)
          call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)

@@ -3,7 +3,7 @@ module group_check_m
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted, nearest_word
    use deck_m, only: deck_t
-   use fracture_group_m, only: all_rock
+   use cohesive_group_m, only: all_rock
    use boundary_group_m, only: prescribed, prescribable, edge_loads
    use edges_m, only: edge_table_t, build_edges, find_edge
    use mesh_m, only: mesh_t, find_group, name_length, a_point, a_curve, a_surface, curve_first, surface_first
@@ -34,9 +34,9 @@ contains
       do i = 1, size(deck%joint)
          call require_elements(deck, mesh, '&joint', deck%joint(i)%line, deck%joint(i)%group, [a_curve], errors)
       end do
-      do i = 1, size(deck%fracture)
-         if (deck%fracture(i)%group == all_rock) cycle
-         call require_elements(deck, mesh, '&fracture', deck%fracture(i)%line, deck%fracture(i)%group, [a_surface], errors)
+      do i = 1, size(deck%cohesive)
+         if (deck%cohesive(i)%group == all_rock) cycle
+         call require_elements(deck, mesh, '&cohesive', deck%cohesive(i)%line, deck%cohesive(i)%group, [a_surface], errors)
       end do
       do i = 1, size(deck%boundary)
          associate (boundary => deck%boundary(i))

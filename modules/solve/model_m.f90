@@ -62,7 +62,7 @@ module model_m
       !> What the scene needs
       logical :: has_damping = .false., has_walls = .false., has_contact = .false., has_potential_joints = .false., &
                  can_break = .false.
-      !> Index of the deck's &fracture group of each edge of the mesh as read, 0 where it cannot break (edges)
+      !> Index of the deck's &cohesive group of each edge of the mesh as read, 0 where it cannot break (edges)
       integer, allocatable :: breakable(:)
       !> Are edges still to be cut where the stress asks for it? Steps between two looks at cracks
       logical :: is_adaptive = .false.

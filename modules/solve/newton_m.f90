@@ -11,7 +11,7 @@ module newton_m
    use solid_tangent_m, only: triangle_tangent
    use bond_m, only: bond_tangent
    use bonds_m, only: is_closed
-   use wall_contact_m, only: find_overlaps, points_of_joints
+   use wall_contact_m, only: meet_walls, points_of_joints
    use corners_m, only: corner_tangent, corner_nodes
    use forces_m, only: net_force
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
@@ -91,7 +91,7 @@ contains
       type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
 
-      call find_overlaps(model%walls, model%split%x, state%u, state%walls)
+      call meet_walls(model%walls, model%split%x, state%u, state%walls)
       call build_system(model%loads%fixed, model%split%triangle, bonds_in_matrix(model, state), model%joints, model%walls, &
                         state%walls, model%corners, self%system)
       call plan_factors(self, model)

@@ -129,11 +129,11 @@ contains
    !> Cohesive law of an edge.
    pure type(cohesive_t) function rock_law(model, joint, setting) result(law)
       type(model_t), intent(in) :: model
-      !> Joint element, and index of the deck's &fracture group
+      !> Joint element, and index of the deck's &cohesive group
       integer, intent(in) :: joint, setting
       real(wp) :: young, size_of_elements
 
-      associate (settings => model%deck%fracture(setting), triangle => model%split%joint_triangle(:, joint))
+      associate (settings => model%deck%cohesive(setting), triangle => model%split%joint_triangle(:, joint))
          young = maxval(model%solid%young(triangle))
          ! The side of a square of two triangles
          size_of_elements = sqrt(sum(model%solid%area(triangle)))
@@ -153,7 +153,7 @@ contains
       real(wp) :: sample
       integer :: g
 
-      associate (settings => model%deck%fracture(setting))
+      associate (settings => model%deck%cohesive(setting))
          do g = 1, size(model%deck%joint)
             if (model%deck%joint(g)%group /= settings%crack_joint) cycle
             sample = model%deck%joint(g)%settings%number('l0')

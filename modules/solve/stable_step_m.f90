@@ -12,7 +12,7 @@ module stable_step_m
    use model_m, only: model_t
    use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
-   use wall_contact_m, only: find_overlaps, wall_stiffness_bound
+   use wall_contact_m, only: meet_walls, wall_stiffness_bound
    use corners_m, only: corner_stiffness_bound
    use joints_m, only: joint_stiffness
    use bonds_m, only: bonds_stiffness_bound
@@ -134,7 +134,7 @@ contains
       if (model%has_walls) then
          state%tractions%stiffness_then = joint_stiffness(model%joints%law, model%joints%penalty, &
                                                           state%tractions%contact_stiffness, state%joint)
-         call find_overlaps(model%walls, model%split%x, state%u, state%walls)
+         call meet_walls(model%walls, model%split%x, state%u, state%walls)
          state%walls%moved_on = .false.
          call wall_stiffness_bound(model%walls, state%walls, model%split%x, &
                                    state%tractions%stiffness_then(model%walls%joint)*megapascal_per_millimetre, bound)

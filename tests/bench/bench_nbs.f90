@@ -4,7 +4,7 @@
 program bench_nbs
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds_m, only: wp
-   use nbs_m, only: find_overlaps
+   use nbs_m, only: find_box_pairs
    implicit none
 
    integer, parameter :: counts(4) = [1000, 10000, 100000, 1000000]
@@ -28,7 +28,7 @@ program bench_nbs
          repeats = max(1, least_work/counts(i))
          call cpu_time(start)
          do repeat = 1, repeats
-            call find_overlaps(box, pair)
+            call find_box_pairs(box, pair)
          end do
          call cpu_time(finish)
          nanoseconds = 1.0e9_wp*(finish - start)/real(repeats, wp)/real(counts(i), wp)

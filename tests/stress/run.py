@@ -339,7 +339,7 @@ def bonds_at_once():
     """All bonds of a sample at once, pulled apart at 10 m/s: residual over work"""
     mesh = Stack([("rock", 0.2, 3)], width=0.2, columns=3)
     crack = (
-        "&fracture group = 'all', insertion = 'everywhere', tensile_strength = 1e6, cohesion = 3e6, friction_angle = 30,"
+        "&cohesive group = 'all', insertion = 'everywhere', tensile_strength = 1e6, cohesion = 3e6, friction_angle = 30,"
         " g_i = 10, g_ii = 50 /\n"
     )
     text = deck(

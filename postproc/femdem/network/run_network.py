@@ -51,7 +51,7 @@ MOVE_TIME = {"explicit": 3e-2}  # of a cycle [s]; of the other solvers
 MOVE_TIME_AT_REST = 1e-2
 STAGE = "&stage name = '{name}', cycles = {cycles}, move_time = {time:g}, equilibrium = 1e-4 /\n"
 EXPLICIT_STAGE = "&stage name = '{name}', move_time = {time:g}, equilibrium = 1e-4, max_rest_time = 4e-2 /\n"
-CRACKS = """&fracture group = 'all', tensile_strength = 7e6, cohesion = 15e6, friction_angle = 26.6, g_i = 100, g_ii = 500 /
+CRACKS = """&cohesive group = 'all', tensile_strength = 7e6, cohesion = 15e6, friction_angle = 26.6, g_i = 100, g_ii = 500 /
 """
 FLOW = """&flow hydraulic = '{law}' /
 &flow_boundary group = 'left', pressure = 1e4 /

@@ -1,5 +1,5 @@
-!> The group &fracture: where and how the rock of one physical surface of the mesh can break.
-module fracture_group_m
+!> The group &cohesive: where and how the rock of one physical surface of the mesh can break.
+module cohesive_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set, radians
    use bounds_m, only: most_stress, least_energy, most_energy, &
@@ -13,14 +13,14 @@ module fracture_group_m
    implicit none
    private
 
-   public :: read_fracture, write_fracture
+   public :: read_cohesive, write_cohesive
 
    real(wp), parameter :: right_angle = 90.0_wp
    !> Group that stands for all rock
    character(len=*), parameter, public :: all_rock = 'all'
 
-   !> &fracture
-   type, public :: fracture_t
+   !> &cohesive
+   type, public :: cohesive_group_t
       !> Line of the deck on which the group starts (0: not in the deck)
       integer :: line = 0
       !> Physical surface of the mesh, or 'all'
@@ -44,7 +44,7 @@ module fracture_group_m
       real(wp) :: insertion_level = 0.7_wp
       !> Steps between two looks at the stress (adaptive)
       integer :: check_every = 10
-   end type fracture_t
+   end type cohesive_group_t
 
    type(variable_t), parameter :: variables(*) = [ &
                                   variable_t('group', a_name), &
@@ -64,81 +64,81 @@ module fracture_group_m
 contains
 
    !> Read and check the group.
-   subroutine read_fracture(slice, fracture, errors)
+   subroutine read_cohesive(slice, cohesive, errors)
       !> The group as written
       type(group_slice_t), intent(in) :: slice
       !> Its settings
-      type(fracture_t), intent(out) :: fracture
+      type(cohesive_group_t), intent(out) :: cohesive
       type(error_list_t), intent(inout) :: errors
       character(len=:), allocatable :: text
       character(len=256) :: message
       integer :: status
-      namelist /settings/ fracture
+      namelist /settings/ cohesive
 
-      fracture%line = slice%line
+      cohesive%line = slice%line
       call namelist_text(slice, variables, text, errors)
       read (text, nml=settings, iostat=status, iomsg=message)
       call require_clean_read(slice, status, message, errors)
-      call check_fracture(slice, fracture, errors)
-   end subroutine read_fracture
+      call check_cohesive(slice, cohesive, errors)
+   end subroutine read_cohesive
 
    !> Ranges and choices.
-   subroutine check_fracture(slice, fracture, errors)
+   subroutine check_cohesive(slice, cohesive, errors)
       type(group_slice_t), intent(in) :: slice
-      type(fracture_t), intent(inout) :: fracture
+      type(cohesive_group_t), intent(inout) :: cohesive
       type(error_list_t), intent(inout) :: errors
 
-      call check_given(errors, slice, 'group', fracture%group, "a physical surface of the mesh or 'all'")
-      call check_choice(errors, slice, 'insertion', fracture%insertion, insertions)
-      call check_range(errors, slice, 'tensile_strength', fracture%tensile_strength, least=1.0_wp, most=most_stress, &
+      call check_given(errors, slice, 'group', cohesive%group, "a physical surface of the mesh or 'all'")
+      call check_choice(errors, slice, 'insertion', cohesive%insertion, insertions)
+      call check_range(errors, slice, 'tensile_strength', cohesive%tensile_strength, least=1.0_wp, most=most_stress, &
                        required=.true.)
-      call check_range(errors, slice, 'cohesion', fracture%cohesion, least=1.0_wp, most=most_stress, required=.true.)
-      call check_range(errors, slice, 'friction_angle', fracture%friction_angle, least=0.0_wp, below=right_angle, &
+      call check_range(errors, slice, 'cohesion', cohesive%cohesion, least=1.0_wp, most=most_stress, required=.true.)
+      call check_range(errors, slice, 'friction_angle', cohesive%friction_angle, least=0.0_wp, below=right_angle, &
                        required=.true.)
-      call check_range(errors, slice, 'g_i', fracture%g_i, least=least_energy, most=most_energy, required=.true.)
-      call check_range(errors, slice, 'g_ii', fracture%g_ii, least=least_energy, most=most_energy, required=.true.)
-      call check_range(errors, slice, 'penalty_factor', fracture%penalty_factor, least=least_factor, most=most_factor)
-      call check_range(errors, slice, 'crack_friction_angle', fracture%crack_friction_angle, least=0.0_wp, below=right_angle)
-      call check_range(errors, slice, 'insertion_level', fracture%insertion_level, least=least_part, most=1.0_wp)
-      call check_least(errors, slice, 'check_every', fracture%check_every, 1)
-      call check_cut_off(slice, fracture, errors)
-      if (.not. is_set(fracture%crack_friction_angle)) fracture%crack_friction_angle = fracture%friction_angle
-   end subroutine check_fracture
+      call check_range(errors, slice, 'g_i', cohesive%g_i, least=least_energy, most=most_energy, required=.true.)
+      call check_range(errors, slice, 'g_ii', cohesive%g_ii, least=least_energy, most=most_energy, required=.true.)
+      call check_range(errors, slice, 'penalty_factor', cohesive%penalty_factor, least=least_factor, most=most_factor)
+      call check_range(errors, slice, 'crack_friction_angle', cohesive%crack_friction_angle, least=0.0_wp, below=right_angle)
+      call check_range(errors, slice, 'insertion_level', cohesive%insertion_level, least=least_part, most=1.0_wp)
+      call check_least(errors, slice, 'check_every', cohesive%check_every, 1)
+      call check_cut_off(slice, cohesive, errors)
+      if (.not. is_set(cohesive%crack_friction_angle)) cohesive%crack_friction_angle = cohesive%friction_angle
+   end subroutine check_cohesive
 
    !> The tension cut-off must lie below the tip of the Mohr-Coulomb cone.
-   subroutine check_cut_off(slice, fracture, errors)
+   subroutine check_cut_off(slice, cohesive, errors)
       type(group_slice_t), intent(in) :: slice
-      type(fracture_t), intent(in) :: fracture
+      type(cohesive_group_t), intent(in) :: cohesive
       type(error_list_t), intent(inout) :: errors
       real(wp) :: tip
 
-      if (.not. all(is_set([fracture%tensile_strength, fracture%cohesion, fracture%friction_angle]))) return
-      if (fracture%friction_angle <= 0.0_wp .or. fracture%friction_angle >= right_angle) return
-      tip = fracture%cohesion/tan(radians*fracture%friction_angle)
-      if (fracture%tensile_strength <= tip) return
+      if (.not. all(is_set([cohesive%tensile_strength, cohesive%cohesion, cohesive%friction_angle]))) return
+      if (cohesive%friction_angle <= 0.0_wp .or. cohesive%friction_angle >= right_angle) return
+      tip = cohesive%cohesion/tan(radians*cohesive%friction_angle)
+      if (cohesive%tensile_strength <= tip) return
       call errors%add(slice%place('tensile_strength')//': must be at most cohesion/tan(friction_angle) = '//exact_text(tip)// &
                       ', the tip of the cone')
    end subroutine check_cut_off
 
    !> Write the effective group, every variable.
-   subroutine write_fracture(fracture, unit)
-      type(fracture_t), intent(in) :: fracture
+   subroutine write_cohesive(cohesive, unit)
+      type(cohesive_group_t), intent(in) :: cohesive
       integer, intent(in) :: unit
 
-      call begin_group(unit, 'fracture')
-      call put(unit, 'group', fracture%group)
-      call put(unit, 'insertion', fracture%insertion)
-      call put(unit, 'tensile_strength', fracture%tensile_strength)
-      call put(unit, 'cohesion', fracture%cohesion)
-      call put(unit, 'friction_angle', fracture%friction_angle)
-      call put(unit, 'g_i', fracture%g_i)
-      call put(unit, 'g_ii', fracture%g_ii)
-      call put(unit, 'penalty_factor', fracture%penalty_factor)
-      call put(unit, 'crack_friction_angle', fracture%crack_friction_angle)
-      call put(unit, 'crack_joint', fracture%crack_joint)
-      call put(unit, 'insertion_level', fracture%insertion_level)
-      call put(unit, 'check_every', fracture%check_every)
+      call begin_group(unit, 'cohesive')
+      call put(unit, 'group', cohesive%group)
+      call put(unit, 'insertion', cohesive%insertion)
+      call put(unit, 'tensile_strength', cohesive%tensile_strength)
+      call put(unit, 'cohesion', cohesive%cohesion)
+      call put(unit, 'friction_angle', cohesive%friction_angle)
+      call put(unit, 'g_i', cohesive%g_i)
+      call put(unit, 'g_ii', cohesive%g_ii)
+      call put(unit, 'penalty_factor', cohesive%penalty_factor)
+      call put(unit, 'crack_friction_angle', cohesive%crack_friction_angle)
+      call put(unit, 'crack_joint', cohesive%crack_joint)
+      call put(unit, 'insertion_level', cohesive%insertion_level)
+      call put(unit, 'check_every', cohesive%check_every)
       call end_group(unit)
-   end subroutine write_fracture
+   end subroutine write_cohesive
 
-end module fracture_group_m
+end module cohesive_group_m
