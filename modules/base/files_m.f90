@@ -2,6 +2,7 @@
 module files_m
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int32_t, c_null_char, c_null_ptr, &
                                                                              c_ptr, c_size_t
+   use kinds_m, only: i8
    implicit none
    private
 
@@ -124,25 +125,34 @@ contains
       if (status == 0) close (unit, status='delete', iostat=status)
    end subroutine delete_file
 
-   !> The whole of a text file.
-   subroutine read_text(path, text, status)
+   !> The whole of a file, byte by byte.
+   subroutine read_text(path, text, status, message)
       character(len=*), intent(in) :: path
       !> Content, line ends included; empty when the file cannot be read
       character(len=:), allocatable, intent(out) :: text
       !> 0 on success
       integer, intent(out) :: status
-      integer :: unit, length
+      !> Why it cannot be read, in the words of the system
+      character(len=*), intent(out), optional :: message
+      character(len=256) :: why
+      integer(i8) :: length
+      integer :: unit
 
       text = ''
-      open (newunit=unit, file=trim(path), action='read', status='old', access='stream', form='unformatted', iostat=status)
-      if (status /= 0) return
-      inquire (unit=unit, size=length)
-      if (length > 0) then
-         deallocate (text)
-         allocate (character(len=length) :: text)
-         read (unit, iostat=status) text
+      why = ''
+      open (newunit=unit, file=trim(path), action='read', status='old', access='stream', form='unformatted', &
+            iostat=status, iomsg=why)
+      if (status == 0) then
+         inquire (unit=unit, size=length)
+         if (length > 0_i8) then
+            deallocate (text)
+            allocate (character(len=length) :: text)
+            read (unit, iostat=status, iomsg=why) text
+            if (status /= 0) text = ''
+         end if
+         close (unit)
       end if
-      close (unit)
+      if (present(message)) message = why
    end subroutine read_text
 
 end module files_m

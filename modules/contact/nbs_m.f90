@@ -11,6 +11,7 @@
 !> Int. J. Numer. Meth. Eng. 43:131-149.
 module nbs_m
    use kinds_m, only: wp, i8
+   use rows_m, only: fill_rows
    implicit none
    private
 
@@ -92,10 +93,10 @@ contains
       !> Cell size of level 1 [m]
       real(wp), intent(out) :: finest
       real(wp) :: extent, smallest, largest, length
-      integer, allocatable :: level(:)
-      integer :: place(max_levels), i
+      integer, allocatable :: level(:), first_box(:)
+      integer :: i
 
-      allocate (level(size(box, 2)), order(size(box, 2)), sorted(4, size(box, 2)))
+      allocate (level(size(box, 2)), sorted(4, size(box, 2)))
       extent = max(maxval(box(2, :)) - minval(box(1, :)), maxval(box(4, :)) - minval(box(3, :)))
       smallest = huge(smallest)
       largest = 0.0_wp
@@ -107,21 +108,12 @@ contains
       finest = cell_slack*max(smallest, largest*2.0_wp**(1 - max_levels), extent*least_cell)
       if (finest <= 0.0_wp) finest = 1.0_wp
 
-      first = 0
       do i = 1, size(box, 2)
          level(i) = level_of(cell_slack*box_size(box(:, i))/finest)
-         first(level(i) + 1) = first(level(i) + 1) + 1
       end do
-      first(1) = 1
-      do i = 1, max_levels
-         place(i) = first(i)
-         first(i + 1) = first(i + 1) + first(i)
-      end do
-      do i = 1, size(box, 2)
-         order(place(level(i))) = i
-         sorted(:, place(level(i))) = box(:, i)
-         place(level(i)) = place(level(i)) + 1
-      end do
+      call fill_rows(level, max_levels, first_box, order)
+      first = first_box
+      sorted = box(:, order)
    end subroutine sort_by_level
 
    !> Longer side of a box.
@@ -199,21 +191,13 @@ contains
       integer, intent(in) :: offset
       !> First place of each line (lines + 1); place of each box (boxes)
       integer, intent(out) :: first(:), place(:)
-      integer, allocatable :: next(:)
+      integer, allocatable :: first_box(:), box(:)
       integer :: i
 
-      first = 0
-      do i = 1, size(line)
-         first(line(i) + 1) = first(line(i) + 1) + 1
-      end do
-      first(1) = offset + 1
-      do i = 1, size(first) - 1
-         first(i + 1) = first(i + 1) + first(i)
-      end do
-      allocate (next, source=first)
-      do i = 1, size(line)
-         place(i) = next(line(i))
-         next(line(i)) = next(line(i)) + 1
+      call fill_rows(line, size(first) - 1, first_box, box)
+      first = offset + first_box
+      do i = 1, size(box)
+         place(box(i)) = offset + i
       end do
    end subroutine sort_by_line
 

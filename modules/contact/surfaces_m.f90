@@ -2,6 +2,7 @@
 !> triangle touches.
 module surfaces_m
    use kinds_m, only: wp
+   use rows_m, only: fill_rows
    use mesh_m, only: split_mesh_t
    use union_find_m, only: each_alone, join
    implicit none
@@ -137,33 +138,15 @@ contains
       integer, intent(in) :: handled(:), same(:)
       !> Edges at place i: edge(first(i):first(i + 1) - 1)
       integer, allocatable, intent(out) :: first(:), edge(:)
-      integer, allocatable :: next(:)
-      integer :: i, k
+      integer :: place(2, size(handled)), i
 
-      allocate (first(size(same) + 1), source=0)
+      place = 0
       do i = 1, size(handled)
-         if (handled(i) == 0) cycle
-         do k = 1, 2
-            associate (place => same(split%surface(k, i)))
-               first(place + 1) = first(place + 1) + 1
-            end associate
-         end do
+         if (handled(i) /= 0) place(:, i) = same(split%surface(:, i))
       end do
-      first(1) = 1
-      do i = 2, size(first)
-         first(i) = first(i) + first(i - 1)
-      end do
-      next = first
-      allocate (edge(first(size(first)) - 1))
-      do i = 1, size(handled)
-         if (handled(i) == 0) cycle
-         do k = 1, 2
-            associate (place => same(split%surface(k, i)))
-               edge(next(place)) = i
-               next(place) = next(place) + 1
-            end associate
-         end do
-      end do
+      call fill_rows(reshape(place, [size(place)]), size(same), first, edge)
+      ! Two ends an edge
+      edge = (edge + 1)/2
    end subroutine marked_edges_at
 
    !> Do two triangles touch the same group?

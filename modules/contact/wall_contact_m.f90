@@ -11,6 +11,7 @@
 !> turned by half a turn, a lower wall is an upper wall, and pressure, shear stress and slip keep their signs.
 module wall_contact_m
    use kinds_m, only: wp
+   use rows_m, only: fill_rows
    use mesh_m, only: split_mesh_t
    implicit none
    private
@@ -260,25 +261,8 @@ contains
       integer, intent(in) :: which
       !> Edges at original node i: edge(first(i):first(i+1)-1)
       integer, allocatable, intent(out) :: first(:), edge(:)
-      integer, allocatable :: next(:)
-      integer :: e, node
 
-      allocate (first(maxval(split%origin) + 1), edge(size(split%surface, 2)))
-      first = 0
-      do e = 1, size(split%surface, 2)
-         node = split%origin(split%surface(which, e))
-         first(node + 1) = first(node + 1) + 1
-      end do
-      first(1) = 1
-      do node = 2, size(first)
-         first(node) = first(node) + first(node - 1)
-      end do
-      next = first
-      do e = 1, size(split%surface, 2)
-         node = split%origin(split%surface(which, e))
-         edge(next(node)) = e
-         next(node) = next(node) + 1
-      end do
+      call fill_rows(split%origin(split%surface(which, :)), maxval(split%origin), first, edge)
    end subroutine edges_at_nodes
 
    !> Unit vector along a surface edge before any motion.

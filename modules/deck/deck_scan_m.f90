@@ -5,6 +5,7 @@
 module deck_scan_m
    use deck_text_m, only: what_file_is, plain_text, is_line_end
    use errors_m, only: error_list_t
+   use files_m, only: read_text
    use text_m, only: lower, to_text
    implicit none
    private
@@ -108,28 +109,16 @@ contains
       !> Its content with its line feeds; empty when it can't be read
       character(len=:), allocatable, intent(out) :: text
       type(error_list_t), intent(inout) :: errors
-      integer :: unit, bytes, status
       character(len=256) :: message
+      integer :: status
 
-      text = ''
-      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', &
-            iostat=status, iomsg=message)
+      call read_text(path, text, status, message)
       if (status /= 0) then
          call errors%add(path//': the deck cannot be opened: '//trim(message))
-         return
-      end if
-      inquire (unit=unit, size=bytes)
-      deallocate (text)
-      allocate (character(len=max(bytes, 0)) :: text)
-      if (bytes > 0) read (unit, iostat=status, iomsg=message) text
-      if (status /= 0) then
-         call errors%add(path//': the deck cannot be read: '//trim(message))
-         text = ''
       else if (what_file_is(text) /= '') then
          call errors%add(path//': '//what_file_is(text))
          text = ''
       end if
-      close (unit)
    end subroutine read_text_file
 
    !> Cut the text of a deck into its groups. What is wrong is reported and the rest is still cut.

@@ -2,6 +2,7 @@
 !> this machine's order. Reading a large mesh this way is some ten times faster than list-directed reads of its lines.
 module file_buffer_m
    use kinds_m, only: wp, i4, i8
+   use files_m, only: read_text
    use text_m, only: to_text
    implicit none
    private
@@ -53,18 +54,11 @@ contains
       character(len=*), intent(in) :: path
       !> Zero when the file has been read
       integer, intent(out) :: status
-      integer(i8) :: length
-      integer :: unit
 
       self%at = 1_i8
       self%binary = .false.
       self%bad = .false.
-      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', iostat=status)
-      if (status /= 0) return
-      inquire (unit=unit, size=length)
-      allocate (character(len=max(length, 0_i8)) :: self%bytes)
-      if (length > 0_i8) read (unit, iostat=status) self%bytes
-      close (unit)
+      call read_text(path, self%bytes, status)
    end subroutine load
 
    !> Is there nothing but blanks left?

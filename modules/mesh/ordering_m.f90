@@ -8,6 +8,7 @@
 !> patch, and nodes by their first triangle.
 module ordering_m
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_null_ptr, c_ptr
+   use rows_m, only: fill_rows
    use mesh_m, only: mesh_t
    implicit none
    private
@@ -40,11 +41,11 @@ contains
    !> within a patch is the one found. To be called before splitting.
    subroutine order_mesh(mesh)
       type(mesh_t), intent(inout) :: mesh
-      integer, allocatable :: part(:), order(:), new_node(:)
+      integer, allocatable :: part(:), first(:), order(:), new_node(:)
       integer :: i, k, nodes
 
       call partition_mesh(mesh%triangle, size(mesh%x, 2), size(mesh%triangle, 2)/patch, part)
-      call sort_places(part, order)
+      call fill_rows(part, maxval(part), first, order)
       mesh%triangle = mesh%triangle(:, order)
       mesh%triangle_group = mesh%triangle_group(order)
 
@@ -68,7 +69,7 @@ contains
          mesh%line(:, i) = new_node(mesh%line(:, i))
       end do
       mesh%point = new_node(mesh%point)
-      call sort_places(minval(mesh%line, dim=1), order)
+      call fill_rows(minval(mesh%line, dim=1), size(mesh%x, 2), first, order)
       mesh%line = mesh%line(:, order)
       mesh%line_group = mesh%line_group(order)
    end subroutine order_mesh
@@ -104,29 +105,5 @@ contains
                                     c_null_ptr, c_null_ptr, cut, element_part, node_part)
       if (status == metis_ok) part = element_part + 1
    end subroutine partition_mesh
-
-   !> Places of small positive numbers in their sorted order; equal ones keep their order.
-   pure subroutine sort_places(key, order)
-      integer, intent(in) :: key(:)
-      integer, allocatable, intent(out) :: order(:)
-      integer, allocatable :: next(:)
-      integer :: i
-
-      allocate (order(size(key)))
-      if (size(key) == 0) return
-      allocate (next(maxval(key) + 1))
-      next = 0
-      do i = 1, size(key)
-         next(key(i) + 1) = next(key(i) + 1) + 1
-      end do
-      next(1) = 1
-      do i = 2, size(next)
-         next(i) = next(i) + next(i - 1)
-      end do
-      do i = 1, size(key)
-         order(next(key(i))) = i
-         next(key(i)) = next(key(i)) + 1
-      end do
-   end subroutine sort_places
 
 end module ordering_m

@@ -5,6 +5,7 @@
 !> some way before the pattern has to be built again.
 module sparse_system_m
    use kinds_m, only: wp
+   use rows_m, only: fill_rows
    use wall_contact_m, only: wall_contact_t, wall_meeting_t, points_of_joints
    use corners_m, only: corners_t, corner_nodes
    use joints_m, only: joints_t
@@ -247,25 +248,14 @@ contains
       integer, intent(in) :: nodes, group_first(:), group_node(:)
       !> Groups of node n: of_node(start(n):start(n + 1) - 1)
       integer, allocatable, intent(out) :: start(:), of_node(:)
-      integer, allocatable :: next(:)
-      integer :: g, k, n
+      integer, allocatable :: entry(:)
+      integer :: group(group_first(size(group_first)) - 1), g
 
-      allocate (start(nodes + 1), source=0)
-      do k = 1, group_first(size(group_first)) - 1
-         start(group_node(k) + 1) = start(group_node(k) + 1) + 1
-      end do
-      start(1) = 1
-      do n = 1, nodes
-         start(n + 1) = start(n + 1) + start(n)
-      end do
-      next = start
-      allocate (of_node(start(nodes + 1) - 1))
       do g = 1, size(group_first) - 1
-         do k = group_first(g), group_first(g + 1) - 1
-            of_node(next(group_node(k))) = g
-            next(group_node(k)) = next(group_node(k)) + 1
-         end do
+         group(group_first(g):group_first(g + 1) - 1) = g
       end do
+      call fill_rows(group_node(:size(group)), nodes, start, entry)
+      of_node = group(entry)
    end subroutine groups_of_nodes
 
    !> Sort a short list by insertion.
