@@ -141,7 +141,7 @@ program femdem
          if (allocated(report%moved)) call results%record_failure(model, state, place, report%unbalanced, report%moved, errors)
          if (errors%any()) call stop_with(status_failed)
          if (report%interrupted) call stop_on_signal()
-         call results%record(model, state, solver%matrix(), place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
+         call results%record(model, state, solver, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
                              stage == size(deck%stage) .and. cycle == deck%stage(stage)%cycles, errors)
          if (errors%any()) call stop_with(status_failed)
          done = place

@@ -172,7 +172,7 @@ def run_task(
         for model in models:
             for solver in solvers:
                 settings = SimpleNamespace(
-                    cycles=cycles, solver=solver, cracks=False, rollers=False, biot=1.0
+                    cycles=cycles, solver=solver, cracks=False, rollers=False, biot=1.0, flow=None
                 )
                 first = place / f"{model}_{solver}_phase_1"
                 for phase, loads in (PHASE_1, *((name, PHASES[name]) for name in phases)):

@@ -125,12 +125,22 @@ def test_a_fields_file_that_cannot_be_read_is_set_aside(damage, femdem, whole, t
 # ---- Two runs in one directory ---------------------------------------------------------------------------------------
 
 
+def hear_signals():
+    """Signals that nohup or a shell in the background has ignored, which the program then leaves ignored"""
+    for name in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(name, signal.SIG_DFL)
+
+
 @pytest.fixture
 def endless(femdem, tmp_path):
     """A run that goes on for minutes, and its directory"""
     write(tmp_path, cycles=2000000, every=SELDOM)
     with subprocess.Popen(
-        [femdem, "--quiet", "deck.nml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+        [femdem, "--quiet", "deck.nml"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=hear_signals,
     ) as process:
         wait_for_rows(tmp_path / "results" / "history.csv", 3)
         yield process, tmp_path
@@ -262,13 +272,14 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(solver, femdem, tmp_pat
     stops = 0
     for stop in range(3):
         restart = ("--restart", "stopped/checkpoint.h5") if stop else ()
+        rows = (stopped / "history.csv").read_text().count("\n") if stop else 0
         with subprocess.Popen(
             [femdem, "--quiet", *restart, "--output", "stopped", "deck.nml"],
             cwd=tmp_path,
             stderr=subprocess.PIPE,
             text=True,
         ) as process:
-            wait_for_rows(stopped / "history.csv", 20 * (stop + 1), process)
+            wait_for_rows(stopped / "history.csv", rows + 20, process)
             process.terminate()
             said = process.communicate(timeout=20)[1]
         if process.returncode == 0:

@@ -7,6 +7,7 @@ module results_m
    use deck_m, only: deck_t, write_deck, deck_path, written_by_program
    use model_m, only: model_t
    use sparse_system_m, only: kept_matrix_t
+   use implicit_m, only: implicit_solver_t
    use state_m, only: state_t
    use solid_m, only: solid_stress
    use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
@@ -27,7 +28,6 @@ module results_m
    type :: last_cycle_t
       type(model_t) :: model
       type(state_t) :: state
-      type(kept_matrix_t) :: matrix
       type(place_t) :: place
       real(wp) :: unbalanced = 0.0_wp
       logical :: row = .false., fields = .false., checkpoint = .false.
@@ -46,6 +46,9 @@ module results_m
       integer(i8) :: recorded = -1_i8
       !> Time of the last checkpoint (clock counts)
       integer(i8) :: last_checkpoint = 0_i8
+      !> Matrix of the implicit solver at the end of that cycle, and which of its matrices it is
+      type(kept_matrix_t) :: matrix
+      integer(i8) :: matrix_number = -1_i8
       !> What is not written of the last cycle completed, for a run that fails in the next
       type(last_cycle_t), allocatable :: last
    contains
@@ -128,7 +131,7 @@ contains
          end if
       end associate
       ! Should this run end before its first cycle, that of the checkpoint is its last one, with all that was written of it
-      if (restarted) self%last = last_cycle_t(model, state, place=place, row=.true., fields=snapshot_is_due(model%deck, place), &
+      if (restarted) self%last = last_cycle_t(model, state, place, row=.true., fields=snapshot_is_due(model%deck, place), &
                                               checkpoint=.true.)
       ! The table begins with what is known: nothing, or what had broken at the checkpoint
       if (model%can_break) then
@@ -214,12 +217,12 @@ contains
    end subroutine effective_deck
 
    !> What a finished cycle leaves behind, as often as the deck asks for it.
-   subroutine record(self, model, state, matrix, place, unbalanced, stage_is_over, run_is_over, errors)
+   subroutine record(self, model, state, solver, place, unbalanced, stage_is_over, run_is_over, errors)
       class(results_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
-      !> What the implicit solver keeps of its matrix
-      type(kept_matrix_t), intent(in) :: matrix
+      !> The implicit solver: its matrix goes into checkpoints
+      type(implicit_solver_t), intent(in) :: solver
       !> Stage and cycle just completed
       type(place_t), intent(in) :: place
       !> Unbalanced force ratio
@@ -230,6 +233,8 @@ contains
       logical :: to_history, snapshot, checkpoint
 
       self%recorded = state%step
+      if (solver%matrix_number() /= self%matrix_number) self%matrix = solver%matrix()
+      self%matrix_number = solver%matrix_number()
       call self%history%forget_dropped()
       call self%flow%forget_dropped()
       call check_still_there(self, errors)
@@ -249,14 +254,14 @@ contains
          checkpoint = run_is_over .or. stage_is_over .or. &
                       real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)
          if (checkpoint) then
-            call save_run(self%directory//'checkpoint.h5', model, state, matrix, place, errors)
+            call save_run(self%directory//'checkpoint.h5', model, state, self%matrix, place, errors)
             self%last_checkpoint = now
          end if
       end associate
       if (to_history .and. snapshot .and. checkpoint) then
          if (allocated(self%last)) deallocate (self%last)
       else
-         self%last = last_cycle_t(model, state, matrix, place, unbalanced, to_history, snapshot, checkpoint)
+         self%last = last_cycle_t(model, state, place, unbalanced, to_history, snapshot, checkpoint)
       end if
    end subroutine record
 
@@ -300,7 +305,7 @@ contains
       call note_cracks_in_table(self, last%model, last%state, errors)
       if (.not. last%fields) call write_snapshot(self, last%model, last%state, last%place, errors)
       if (errors%any() .or. last%checkpoint) return
-      call save_run(self%directory//'checkpoint.h5', last%model, last%state, last%matrix, last%place, errors)
+      call save_run(self%directory//'checkpoint.h5', last%model, last%state, self%matrix, last%place, errors)
    end subroutine write_last_cycle
 
    !> A row of the history, and of the tables of flow.

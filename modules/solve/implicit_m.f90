@@ -41,6 +41,7 @@ module implicit_m
       integer(i8) :: pseudo_steps = 0_i8
    contains
       procedure :: matrix => matrix_in_use
+      procedure :: matrix_number
       procedure :: close => close_solver
    end type implicit_solver_t
 
@@ -550,6 +551,13 @@ contains
 
       matrix = matrix_of(self%system, self%factored)
    end function matrix_in_use
+
+   !> Another number for each matrix that the solver has had.
+   pure integer(i8) function matrix_number(self) result(number)
+      class(implicit_solver_t), intent(in) :: self
+
+      number = 2_i8*(self%patterns + self%factorisations) + merge(1_i8, 0_i8, self%factored)
+   end function matrix_number
 
    !> Say what it took and give back the memory of the matrix.
    subroutine close_solver(self, log)
