@@ -51,7 +51,7 @@ def environment(build_directory):
 
 
 @pytest.mark.parametrize("name", TESTS)
-def test_installed(name, environment, build_directory, tmp_path):
+def test_installed(name, environment, build_directory, tmp_path, pytestconfig):
     variables = {
         name: value
         for name, value in os.environ.items()
@@ -66,6 +66,7 @@ def test_installed(name, environment, build_directory, tmp_path):
     variables["PATH"] = f"{environment.parent}{os.pathsep}{os.environ['PATH']}"
     command = [environment, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--build", build_directory]
     command += ["--basetemp", tmp_path / "inner", TOP / "tests" / "package" / f"{name}.py"]
+    command += ["--long"] if pytestconfig.getoption("--long") else []
     done = subprocess.run(
         [str(word) for word in command], cwd=TOP, env=variables, capture_output=True, text=True, check=False
     )

@@ -83,7 +83,8 @@ module corners_m
    !> Times in an increment
    integer, parameter, public :: most_pressed = 6
 
-   public :: init_corners, init_choices, decide_corners, press_further, any_passed, any_held, keep_choices, keep_closure, &
+   public :: init_corners, init_choices, free_choices, any_chosen, decide_corners, press_further, any_passed, any_held, &
+             keep_choices, keep_closure, &
              add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
 
 contains
@@ -338,6 +339,26 @@ contains
          r = way(corners, p, u)
       end if
    end function way_felt
+
+   !> Let all corners go that are held by choice.
+   pure subroutine free_choices(corners, choices)
+      type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(inout) :: choices
+      integer :: p
+
+      choices%held = merge(both, free, corners%wide)
+      do p = 1, size(corners%wide)
+         if (.not. corners%wide(p)) choices%passed(:, p) = 0.0_wp
+      end do
+   end subroutine free_choices
+
+   !> Is any corner held by choice?
+   pure logical function any_chosen(corners, choices)
+      type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
+
+      any_chosen = any(choices%held /= free .and. .not. corners%wide)
+   end function any_chosen
 
    !> Is any corner held?
    pure logical function any_held(choices)

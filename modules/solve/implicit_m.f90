@@ -20,7 +20,7 @@ module implicit_m
    use cracks_m, only: crack_at_rest, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left
-   use corners_m, only: decide_corners, press_further, any_passed, most_pressed
+   use corners_m, only: decide_corners, press_further, any_passed, free_choices, any_chosen, most_pressed
    use sparse_system_m, only: kept_matrix_t, matrix_of
    use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, free_norm
    implicit none
@@ -47,6 +47,8 @@ module implicit_m
 
    !> What is left of a cycle is nothing below this part of it: rounding
    real(wp), parameter :: least_part = 1.0e-9_wp
+   !> Increments no longer than this part of a cycle that find no rest are tried with corners free
+   real(wp), parameter :: choose_anew = 0.25_wp
    !> An increment that took no more iterations than this is followed by a longer one
    integer, parameter :: easy = 12
    !> A first guess with a greater unbalanced force ratio than this is compared with standing still
@@ -107,6 +109,11 @@ contains
             if (iterations <= easy) state%guess%part = min(1.0_wp, 2.0_wp*state%guess%part)
          else
             call give_up_increment(self, increment, state)
+            ! Points that were chosen to hold each other may stand in the way: they choose anew at the rest without them
+            if (part <= choose_anew .and. any_chosen(model%corners, state%corners) .and. .not. allocated(self%failure)) then
+               call free_choices(model%corners, state%corners)
+               cycle
+            end if
             state%guess%part = 0.5_wp*state%guess%part
             if (allocated(self%failure)) then
                call report_linear_failure(self, model, stage, cycle, level, state, report, errors)

@@ -111,7 +111,7 @@ def test_rows_are_added_and_values_changed(sweep):
     assert float(rows(sweep)[0]["gap"]) > 0.0
 
 
-@pytest.mark.parametrize("how", ["kill", "interrupt"])
+@pytest.mark.parametrize("how", ["kill", pytest.param("interrupt", marks=pytest.mark.long)])
 def test_after_a_kill_nothing_is_done_twice(how, sweep):
     """The whole group of processes is killed in the middle; the same command then does what is missing"""
     text = "joint.jrc0\n" + "".join(f"{n}\n" for n in range(6, 14))
@@ -132,6 +132,8 @@ def test_after_a_kill_nothing_is_done_twice(how, sweep):
         cwd=sweep.folder,
         start_new_session=True,
         stdout=subprocess.DEVNULL,
+        # A shell in the background has its children ignore it
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     status = sweep.folder / "out" / "runs"
     end = time.monotonic() + PATIENCE
@@ -254,6 +256,7 @@ def test_a_cluster_gets_the_same_workflow(sweep):
     assert sys.executable  # the jobs are run by this Python
 
 
+@pytest.mark.long
 def test_a_small_part_of_the_shipped_example(tmp_path, commands, femdem):
     """Two of the 200 realisations, coarse: four runs on two meshes, and their figure"""
     example = (NETWORK / "realisations.yaml").read_text()
