@@ -38,7 +38,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "postproc"))
 from femdem.network.run_network import DECK as PHASE_1_DECK
 from femdem.network.run_network import MESH_NAME, MODELS, PHASES, Stress, deck, template_of
 from femdem.network.traces import TraceError, read_traces, write_traces
-from femdem.places import module
+from femdem.places import environment, module
 from femdem.results import Results, ResultsError
 from junctions import LEAST, areas, program
 from make_network import draw_network, recipe_of
@@ -96,6 +96,7 @@ def call(command, folder, timeout):
         done = subprocess.run(
             [str(word) for word in command],
             cwd=folder,
+            env=environment(),
             capture_output=True,
             text=True,
             timeout=timeout,
@@ -103,7 +104,7 @@ def call(command, folder, timeout):
         )
         said = done.stdout + done.stderr
         # The error, without warnings before it
-        failed = f"status {done.returncode}: " + " ".join(said[said.rfind("error:") :].split())
+        failed = f"status {done.returncode}: " + " ".join(said[max(0, said.rfind("error:")) :].split()[-60:])
         failed = failed if done.returncode else None
     except subprocess.TimeoutExpired:
         failed = f"not done after {timeout:g} s"

@@ -53,6 +53,16 @@ def test_every_command_of_the_package_has_its_link():
     assert project["scripts"] == {f"femdem-{name}": f"{module}:main" for name, module in COMMANDS.items()}
 
 
+def test_the_names_of_the_version_before_lead_to_the_commands(tmp_path):
+    links = [*(TOP / "postproc").glob("plot_*.py"), TOP / "input" / "network" / "run_network.py"]
+    assert len(links) > 10
+    for path in links:
+        status, said = call([sys.executable, path, "--help"], cwd=tmp_path)
+        assert status == 0, said
+        assert f"{path.name} is called bin/femdem-" in said
+        assert "usage: femdem-" in said
+
+
 def setup(folder, *lines):
     """Run lines of shell after tools/setup.sh in a folder"""
     text = "\n".join([f"cd {folder}", "source tools/setup.sh", *lines])

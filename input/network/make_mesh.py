@@ -1,0 +1,1 @@
+../../postproc/old_name.py
