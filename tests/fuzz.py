@@ -160,7 +160,7 @@ EXTRA = {
     "friction = 'velocity';normal_stress = 'walls';aperture = 'eq31';peak = 'eq14';post_peak = 'eq16';"
     "closure_cycle = '1';reversal = 'barton';dilation_angle = 20;"
     "short_edges = 'l0';a0_mm = 0.1;max_angle = 5;cohesion = 1e5;kn_mpa_mm = 1;ks_mpa_mm = 100",
-    "fracture": "insertion_level = 0.1;check_every = 1;penalty_factor = 2;crack_friction_angle = 0;insertion = 'regions'",
+    "cohesive": "insertion_level = 0.1;check_every = 1;penalty_factor = 2;crack_friction_angle = 0;insertion = 'regions'",
     "contact": "friction = 'velocity';corner_factor = 0;tangential_factor = 3;active = .false.;skin_factor = 1",
     "boundary": "vx = 1e-3;vy = -1;vx = 1e3;tx = 1e6;ty = -2e7;ty = 1e9;pressure = 1e8;pressure = -1e6;"
     "sxx = 1e6, syy = 2e6, sxy = 3e5;stage = 'load'",

@@ -59,7 +59,7 @@ def test_other_options_give_other_results(network):
     assert "mesh.msh: made now (the command changed)" in other.stdout
     assert "kept" not in other.stdout
     assert (network.results / "mesh.msh").read_bytes() != mesh
-    assert "fracture" in {name for name, _ in Results(network.results / "jcm" / "load").deck.groups}
+    assert "cohesive" in {name for name, _ in Results(network.results / "jcm" / "load").deck.groups}
     assert (network.results / "jcm" / "load" / "cracks.csv").is_file()
     # and back: the cracks of the run before are not this one's
     network(*COARSE, "--phase", "load=7,5", "--size", "0.1")

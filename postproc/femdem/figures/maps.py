@@ -131,7 +131,8 @@ def read_cracks(run, time=np.inf):
 def can_break(run):
     """Could rock break in this run? Taken so where its deck is not there."""
     try:
-        return bool(run.deck.all("fracture"))
+        # Runs of the version before call it fracture
+        return bool(run.deck.all("cohesive") or run.deck.all("fracture"))
     except style.ResultsError:
         return True
 
