@@ -344,12 +344,9 @@ contains
    pure subroutine free_choices(corners, choices)
       type(corners_t), intent(in) :: corners
       type(corner_choices_t), intent(inout) :: choices
-      integer :: p
 
-      choices%held = merge(both, free, corners%wide)
-      do p = 1, size(corners%wide)
-         if (.not. corners%wide(p)) choices%passed(:, p) = 0.0_wp
-      end do
+      where (.not. corners%wide) choices%held = free
+      choices%passed = 0.0_wp
    end subroutine free_choices
 
    !> Is any corner held by choice?

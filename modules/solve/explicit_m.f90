@@ -10,7 +10,7 @@ module explicit_m
    use model_m, only: model_t
    use state_m, only: state_t, kinetic_energy
    use solid_m, only: strain_energy
-   use forces_m, only: find_forces
+   use forces_m, only: find_forces, net_force
    use stable_step_m, only: stable_step
    use corners_m, only: decide_corners, press_further
    use joints_m, only: have_stiffened
@@ -239,7 +239,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp), allocatable :: force(:, :)
 
-      force = state%solid + state%normal + state%friction + state%load
+      force = net_force(state)
       if (size(state%damping, 2) > 0) force = force + state%damping
    end function total_force
 
