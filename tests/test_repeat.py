@@ -47,7 +47,9 @@ def stop_and_go_on(femdem, deck, place, rows):
         stops, restart = stops + 1, ["--restart", place / "checkpoint.h5"]
 
 
-@pytest.mark.parametrize(("name", "rows"), [("shear_implicit", 60), ("relaxation_shear", 10)])
+@pytest.mark.parametrize(
+    ("name", "rows"), [pytest.param("shear_implicit", 60, marks=pytest.mark.fast), ("relaxation_shear", 10)]
+)
 def test_shear_that_is_stopped(name, rows, femdem, tmp_path):
     case = next(case for case in find_cases() if case.name == name)
     whole = run_case(case, femdem, tmp_path / "whole")
