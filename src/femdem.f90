@@ -19,6 +19,7 @@ program femdem
    use ordering_m, only: order_mesh
    use group_check_m, only: check_groups
    use flow_check_m, only: check_flow, check_flow_groups, is_flow_alone
+   use inflow_check_m, only: check_inflows
    use flow_alone_m, only: check_flow_mesh, run_flow_alone
    use flow_after_m, only: check_flow_after, run_flow_after
    use model_m, only: model_t, build_model, begin_stage
@@ -79,6 +80,7 @@ program femdem
    call check_mesh(mesh, errors)
    call check_flow_groups(deck, mesh, errors)
    call check_groups(deck, mesh, errors, warnings)
+   if (.not. errors%any()) call check_inflows(deck, mesh, errors)
    call warnings%write(error_unit, 'warning: ')
    if (errors%any()) call stop_with(status_bad_input)
 

@@ -12,7 +12,7 @@ module flow_m
    implicit none
    private
 
-   public :: init_flow, solve_flow, cubic_law, line_length, triangle_area, triangle_gradients, no_pressure
+   public :: find_network, init_flow, solve_flow, cubic_law, line_length, triangle_area, triangle_gradients, no_pressure
 
    !> What conducts
    type, public :: conductors_t
@@ -82,6 +82,22 @@ contains
       no_pressure = ieee_value(0.0_wp, ieee_quiet_nan)
    end function no_pressure
 
+   !> Find the parts of the network and where a known pressure is felt.
+   subroutine find_network(conductors, fixed, equations, step)
+      type(conductors_t), intent(in) :: conductors
+      !> Is the pressure known? (nodes)
+      logical, intent(in) :: fixed(:)
+      type(flow_equations_t), intent(inout) :: equations
+      !> Time step of implicit Euler [s]; steady when not given
+      real(wp), intent(in), optional :: step
+      integer :: i
+
+      equations%fixed = fixed
+      equations%storing = [(0.0_wp, i=1, size(fixed))]
+      if (present(step)) equations%storing = conductors%storage/step
+      call find_parts(conductors, equations)
+   end subroutine find_network
+
    !> Find the parts of the network, number the unknowns and factor the equations.
    subroutine init_flow(conductors, fixed, equations, status, step)
       type(conductors_t), intent(in) :: conductors
@@ -96,10 +112,7 @@ contains
       real(wp), allocatable :: value(:)
       integer :: i, unknowns
 
-      equations%fixed = fixed
-      equations%storing = [(0.0_wp, i=1, size(fixed))]
-      if (present(step)) equations%storing = conductors%storage/step
-      call find_parts(conductors, equations)
+      call find_network(conductors, fixed, equations, step)
       equations%number = [(0, i=1, size(fixed))]
       unknowns = 0
       do i = 1, size(fixed)

@@ -8,6 +8,7 @@ module flow_alone_m
    use fields_m, only: fields_t
    use flow_check_m, only: check_flow_groups
    use flow_m, only: no_pressure
+   use inflow_check_m, only: check_inflows
    use flow_model_m, only: outer_edges
    use flow_results_m, only: flow_results_t, flow_moment_t
    use log_m, only: log_t
@@ -41,6 +42,7 @@ contains
 
       if (size(mesh%triangle, 2) > 0) call check_mesh(mesh, errors)
       call check_flow_groups(deck, mesh, errors)
+      if (.not. errors%any()) call check_inflows(deck, mesh, errors)
       if (errors%any() .or. size(mesh%triangle, 2) > 0 .or. .not. deck%flow%permeability) return
       call outer_edges(deck, mesh, edge)
       call find_outline(mesh%x, edge, 0.0_wp, outline)
