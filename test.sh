@@ -71,7 +71,8 @@ unit_tests() {
 scene_tests() {
   local directory=$1 report=$PWD/$1/scenes.xml status=0
   shift
-  "$PYTHON" -m pytest tests -q --build "$directory" --junitxml "$report" --durations 5 "$@" || status=$?
+  "$PYTHON" -m pytest tests -q -n "$jobs" --dist loadgroup --build "$directory" --junitxml "$report" --durations 5 "$@" ||
+    status=$?
   ((status == 5)) && status=0 # pytest's word for "none of the tests is marked so"
   "$PYTHON" tests/count_results.py "$report" && return "$status"
 }

@@ -18,7 +18,7 @@ A row of the CSV is a phase of a model on a mesh:
 
 With --relaxation every phase that finished is run by the relaxation solver too, with the difference of mean aperture, and the
 largest difference of a block edge's mean slip over the largest of the network (`slip_scene`) and over its own (`slip_edge`,
-edges that slip a hundredth of the largest at least).
+edges that slip a hundredth of the largest at least). With --coupled closure and dilation push the walls.
 """
 
 import argparse
@@ -154,7 +154,14 @@ def measured(directory, stresses):
 
 
 def run_task(
-    task, models=MODELS, phases=tuple(PHASES), relaxation=False, timeout=600.0, cycles=10, folder=None
+    task,
+    models=MODELS,
+    phases=tuple(PHASES),
+    relaxation=False,
+    coupled=False,
+    timeout=600.0,
+    cycles=10,
+    folder=None,
 ):
     """Rows of one mesh, for every model and phase; a phase II whose phase I failed is not run."""
     with tempfile.TemporaryDirectory() as temporary:
@@ -169,6 +176,8 @@ def run_task(
             return [{**head, "phase": "mesh", "message": failed}]
         rows, found = [], {}
         template = template_of(SimpleNamespace(deck=PHASE_1_DECK))
+        if coupled:
+            template = template.replace("law = 'jcm'", "law = 'jcm', coupling = 'coupled'")
         solvers = ("implicit", "relaxation") if relaxation else ("implicit",)
         for model in models:
             for solver in solvers:
@@ -279,6 +288,7 @@ def main():
     )
     parser.add_argument("--cycles", type=int, default=10, help="load increments of a phase (default 10)")
     parser.add_argument("--relaxation", action="store_true", help="by the relaxation solver too, and compare")
+    parser.add_argument("--coupled", action="store_true", help="closure and dilation push the walls")
     parser.add_argument("--timeout", type=float, default=600, help="of a run (s; default 600)")
     parser.add_argument("--processes", type=int, default=2, help="at a time (default 2)")
     parser.add_argument("--out", default="networks.csv", help="CSV file (default networks.csv)")
@@ -294,6 +304,7 @@ def main():
         models=arguments.models,
         phases=arguments.phases,
         relaxation=arguments.relaxation,
+        coupled=arguments.coupled,
         timeout=arguments.timeout,
         cycles=arguments.cycles,
     )

@@ -8,6 +8,7 @@ from femdem.network.traces import read_traces, write_traces
 from junctions import program
 from make_network import draw_network
 
+pytestmark = pytest.mark.xdist_group("networks")
 SEEDS = range(20)
 COARSE = 0.06  # element size over the side
 # Loads are per undeformed length, and a network is no continuum: what input/network keeps, scene network_stress

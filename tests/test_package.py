@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.xdist_group("package")
 TOP = Path(__file__).resolve().parent.parent
 PACKAGE = TOP / "postproc"
 TESTS = sorted(path.stem for path in (TOP / "tests" / "package").glob("test_*.py"))

@@ -26,6 +26,7 @@ from femdem.results import Results
 from scene import TOP, mesh_command, read_history, run_command
 from scene_motion import changed_deck, run_deck
 
+pytestmark = pytest.mark.xdist_group("skips")
 PLAN = ("contact", "search", "nodes", "viscosity", "step", "loads")
 # Without viscosity to find; a single step or no masses to find
 NOT_IN = {"explicit": (), "relaxation": ("viscosity",), "implicit": ("nodes", "viscosity", "step")}

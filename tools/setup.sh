@@ -5,7 +5,7 @@
 build_packages=(gcc libc6-dev make gfortran cmake pkg-config git
   libhdf5-dev libmetis-dev libopenblas-dev libmumps-seq-dev)
 run_packages=(gmsh python3-gmsh python3-numpy python3-h5py python3-matplotlib python3-scipy python3-shapely)
-test_packages=(python3-pytest python3-venv codespell)
+test_packages=(python3-pytest python3-pytest-xdist python3-venv codespell)
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # Looked for, not imported: importing all of them takes a second
