@@ -3,12 +3,11 @@ program femdem
    use, intrinsic :: iso_fortran_env, only: error_unit
    use errors_m, only: error_list_t, status_ok, status_failed, status_bad_input, status_stopped
    use exit_m, only: exit_with
-   use kinds_m, only: i8
+   use kinds_m, only: wp, i8
    use files_m, only: make_directory
    use interrupt_m, only: catch_signals, stop_wanted, write_beyond_limits
    use lock_m, only: lock_t
    use log_m, only: log_t, progress_t
-   use text_m, only: to_text
    use version_m, only: program_version, program_commit
    use command_line_m, only: command_t, read_command_line, help_text
    use deck_m, only: deck_t, read_deck, deck_path
@@ -22,19 +21,20 @@ program femdem
    use inflow_check_m, only: check_inflows
    use flow_alone_m, only: check_flow_mesh, run_flow_alone
    use flow_after_m, only: check_flow_after, run_flow_after
-   use model_m, only: model_t, build_model, begin_stage
-   use solver_choice_m, only: solver_explicit, solver_implicit, solver_relaxation
+   use build_m, only: build_model
+   use model_m, only: model_t, begin_stage
+   use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
-   use cracks_m, only: start_cracks
+   use cracks_m, only: breaks_t
+   use recut_m, only: recut
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
    use effort_m, only: check_effort
-   use explicit_m, only: explicit_cycle, cycle_report_t, start_account
-   use implicit_m, only: implicit_cycle, implicit_solver_t
-   use fluid_coupling_m, only: fluid_coupling_t, is_two_way, coupled_cycle
-   use relaxation_m, only: relaxation_cycle
+   use explicit_m, only: cycle_report_t, start_account
+   use cycle_m, only: run_cycle, solvers_t
    use results_m, only: results_t, results_directory, check_directory
-   use run_checkpoint_m, only: place_t, load_run
+   use checkpoint_m, only: checkpoint_t
+   use run_checkpoint_m, only: place_t, open_run, load_run
    use watchdog_m, only: watchdog_t, patience
    use story_m, only: say_start, say_stage, say_end, say_stopped, command_text
    implicit none
@@ -43,8 +43,7 @@ program femdem
    type(mesh_t) :: mesh
    type(model_t) :: model
    type(state_t) :: state
-   type(implicit_solver_t) :: solver
-   type(fluid_coupling_t) :: coupling
+   type(solvers_t) :: solvers
    type(results_t) :: results
    type(place_t) :: place, done
    type(cycle_report_t) :: report
@@ -90,7 +89,6 @@ program femdem
    call build_model(deck, mesh, log, model, state, errors)
    if (errors%any()) call stop_with(status_bad_input)
    if (command%flow /= '') call flow_after()
-   call start_cracks(model, log, state)
    call say_plan(model, mesh, log)
    call check_effort(model, state, log, errors)
    if (errors%any()) call stop_with(status_bad_input)
@@ -101,8 +99,7 @@ program femdem
       call log%say('the input is good')
       call exit_with(status_ok)
    end if
-   if (command%restart /= '') call load_run(command%restart, command%branch, model, state, solver%kept, &
-                                            done, errors)
+   if (command%restart /= '') call take_checkpoint()
    if (errors%any()) call stop_with(status_bad_input)
    call catch_signals()
    call results%open(directory, model, state, command_text(), command%restart /= '', done, notes, errors)
@@ -124,38 +121,27 @@ program femdem
       if (errors%any()) call stop_with(merge(status_bad_input, status_failed, state%step == 0))
       do cycle = 1, deck%stage(stage)%cycles
          if (stage == done%stage .and. cycle <= done%cycle) cycle
-         select case (model%solver)
-         case (solver_explicit)
-            call explicit_cycle(model, stage, cycle, log, progress, state, report, errors)
-         case (solver_implicit)
-            if (is_two_way(deck)) then
-               call coupled_cycle(coupling, solver, model, stage, cycle, log, progress, state, report, errors)
-            else
-               call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors)
-            end if
-         case (solver_relaxation)
-            call relaxation_cycle(model, stage, cycle, log, progress, state, report, errors)
-         end select
+         call run_cycle(solvers, model, stage, cycle, log, progress, state, report, errors)
          if (.not. (errors%any() .or. report%interrupted)) &
             call watchdog%look(state%energy, state%step, state%time, deck%stage(stage)%name, cycle, log, errors)
          place = place_t(stage, cycle)
-         if (errors%any() .or. report%interrupted) call results%record_last_cycle(errors)
+         if (errors%any() .or. report%interrupted) call results%record_last_cycle(model, errors)
          if (allocated(report%moved)) call results%record_failure(model, state, place, report%unbalanced, report%moved, errors)
          if (errors%any()) call stop_with(status_failed)
          if (report%interrupted) call stop_on_signal()
-         call results%record(model, state, solver, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
+         call results%record(model, state, solvers%implicit, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
                              stage == size(deck%stage) .and. cycle == deck%stage(stage)%cycles, errors)
          if (errors%any()) call stop_with(status_failed)
          done = place
          if (stop_wanted()) then
-            call results%record_last_cycle(errors)
+            call results%record_last_cycle(model, errors)
             if (errors%any()) call stop_with(status_failed)
             call stop_on_signal()
          end if
       end do
       call say_stage(model, stage, state, report, log)
    end do
-   call solver%close(log)
+   call solvers%implicit%close(log)
    call results%close()
    call say_end(directory, model, state, progress, log)
    call watchdog%say_end(log, errors)
@@ -180,6 +166,17 @@ contains
       call log%open(directory//'/run.log', command%restart /= '', status)
       if (taken_over /= '') call log%say(taken_over)
    end subroutine open_directory
+
+   !> Go on from a checkpoint: cut what had broken, then take the state.
+   subroutine take_checkpoint()
+      type(checkpoint_t) :: file
+      type(breaks_t) :: breaks
+
+      call open_run(file, command%restart, command%branch, model, breaks, errors)
+      if (errors%any()) return
+      if (breaks%any() .or. allocated(breaks%bond)) call recut(model, breaks, 0.0_wp, state)
+      call load_run(file, model, state, solvers%implicit%kept, done, errors)
+   end subroutine take_checkpoint
 
    !> A deck of flow without stages: nothing moves. Ends the program.
    subroutine flow_alone()

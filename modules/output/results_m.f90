@@ -26,7 +26,6 @@ module results_m
 
    !> A completed cycle, and whether history, fields and checkpoint have it
    type :: last_cycle_t
-      type(model_t) :: model
       type(state_t) :: state
       type(place_t) :: place
       real(wp) :: unbalanced = 0.0_wp
@@ -51,6 +50,8 @@ module results_m
       integer(i8) :: matrix_number = -1_i8
       !> What is not written of the last cycle completed, for a run that fails in the next
       type(last_cycle_t), allocatable :: last
+      !> The model then, where rock may break and so change it
+      type(model_t), allocatable :: model
    contains
       procedure :: open => open_results
       procedure :: record
@@ -131,8 +132,9 @@ contains
          end if
       end associate
       ! Should this run end before its first cycle, that of the checkpoint is its last one, with all that was written of it
-      if (restarted) self%last = last_cycle_t(model, state, place, row=.true., fields=snapshot_is_due(model%deck, place), &
+      if (restarted) self%last = last_cycle_t(state, place, row=.true., fields=snapshot_is_due(model%deck, place), &
                                               checkpoint=.true.)
+      if (restarted) call keep_model(self, model)
       ! The table begins with what is known: nothing, or what had broken at the checkpoint
       if (model%can_break) then
          call write_cracks(self%directory//'cracks.csv', state%bonds%event, model%deck%stage%name, errors)
@@ -261,9 +263,22 @@ contains
       if (to_history .and. snapshot .and. checkpoint) then
          if (allocated(self%last)) deallocate (self%last)
       else
-         self%last = last_cycle_t(model, state, place, unbalanced, to_history, snapshot, checkpoint)
+         self%last = last_cycle_t(state, place, unbalanced, to_history, snapshot, checkpoint)
+         call keep_model(self, model)
       end if
    end subroutine record
+
+   !> Keep the model of the last cycle, for a run that fails in the next one after more rock has broken.
+   subroutine keep_model(self, model)
+      class(results_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+
+      if (.not. model%can_break) return
+      if (allocated(self%model)) then
+         if (self%model%recuts == model%recuts) return
+      end if
+      self%model = model
+   end subroutine keep_model
 
    !> Is there still a directory to write into? Its open files would go on without a word.
    subroutine check_still_there(self, errors)
@@ -277,22 +292,31 @@ contains
 
    !> A run has failed or is stopped: write what is missing of the last cycle completed, so that history, fields and checkpoint
    !> agree.
-   subroutine record_last_cycle(self, errors)
+   subroutine record_last_cycle(self, model, errors)
       class(results_t), intent(inout) :: self
+      !> Now
+      type(model_t), intent(in) :: model
       !> It may hold why the run has failed: what fails here is told from that
       type(error_list_t), intent(inout) :: errors
       type(last_cycle_t), allocatable :: last
+      type(model_t), allocatable :: model_then
       type(error_list_t) :: writing
 
       call move_alloc(self%last, last)
       if (.not. allocated(last)) return
-      call write_last_cycle(self, last, writing)
+      call move_alloc(self%model, model_then)
+      if (allocated(model_then)) then
+         call write_last_cycle(self, model_then, last, writing)
+      else
+         call write_last_cycle(self, model, last, writing)
+      end if
       call errors%append(writing)
    end subroutine record_last_cycle
 
    !> What is missing of a cycle.
-   subroutine write_last_cycle(self, last, errors)
+   subroutine write_last_cycle(self, model, last, errors)
       class(results_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
       type(last_cycle_t), intent(in) :: last
       !> None yet
       type(error_list_t), intent(inout) :: errors
@@ -301,11 +325,11 @@ contains
       if (errors%any()) return
       call self%history%put_back(errors)
       call self%flow%put_back(errors)
-      if (.not. last%row) call write_rows(self, last%model, last%state, last%place, last%unbalanced, errors)
-      call note_cracks_in_table(self, last%model, last%state, errors)
-      if (.not. last%fields) call write_snapshot(self, last%model, last%state, last%place, errors)
+      if (.not. last%row) call write_rows(self, model, last%state, last%place, last%unbalanced, errors)
+      call note_cracks_in_table(self, model, last%state, errors)
+      if (.not. last%fields) call write_snapshot(self, model, last%state, last%place, errors)
       if (errors%any() .or. last%checkpoint) return
-      call save_run(self%directory//'checkpoint.h5', last%model, last%state, self%matrix, last%place, errors)
+      call save_run(self%directory//'checkpoint.h5', model, last%state, self%matrix, last%place, errors)
    end subroutine write_last_cycle
 
    !> A row of the history, and of the tables of flow.

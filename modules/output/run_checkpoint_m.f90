@@ -7,9 +7,9 @@ module run_checkpoint_m
    use text_m, only: to_text
    use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash, numbers_hash
    use deck_record_m, only: deck_record, whole_record, compare_records
-   use bonds_m, only: bond_values, restore_bonds, event_values, restore_events, bond_value_count
+   use bonds_m, only: bond_values, event_values, restore_events, bond_value_count
    use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
-   use recut_m, only: recut, restore_contact
+   use cracks_m, only: breaks_t
    use model_m, only: model_t
    use sparse_system_m, only: kept_matrix_t
    use state_m, only: state_t
@@ -22,7 +22,7 @@ module run_checkpoint_m
       integer :: stage = 0, cycle = 0
    end type place_t
 
-   public :: save_run, load_run
+   public :: save_run, open_run, load_run
 
 contains
 
@@ -53,25 +53,37 @@ contains
       call file%close(errors)
    end subroutine save_run
 
-   !> Take the state of a checkpoint, in the order of its parts: cracks come first, they make the mesh that the others are on.
-   subroutine load_run(path, branch, model, state, matrix, place, errors)
+   !> Open the checkpoint of a run that is to go on, and find what had broken: cracks come first (recut), they make the mesh that
+   !> the rest is on (load_run). After an error there is nothing to close.
+   subroutine open_run(file, path, branch, model, breaks, errors)
+      type(checkpoint_t), intent(inout) :: file
       character(len=*), intent(in) :: path
       !> May later stages, solver and its settings differ from those of the run that wrote it?
       logical, intent(in) :: branch
       !> As it was built from deck and mesh
-      type(model_t), intent(inout) :: model
+      type(model_t), intent(in) :: model
+      type(breaks_t), intent(out) :: breaks
+      type(error_list_t), intent(inout) :: errors
+
+      call file%open(path, fingerprint_of(model), errors)
+      if (errors%any()) return
+      call compare_decks(file, path, branch, model, errors)
+      call load_cracks(file, path, model, breaks, errors)
+      if (errors%any()) call file%close(errors)
+   end subroutine open_run
+
+   !> Take the state of a checkpoint that open_run has opened.
+   subroutine load_run(file, model, state, matrix, place, errors)
+      type(checkpoint_t), intent(inout) :: file
+      !> With all cracks
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       !> What the implicit solver had of its matrix; not allocated when it had none
       type(kept_matrix_t), allocatable, intent(out) :: matrix
       !> Stage and cycle that were completed
       type(place_t), intent(out) :: place
       type(error_list_t), intent(inout) :: errors
-      type(checkpoint_t) :: file
 
-      call file%open(path, fingerprint_of(model), errors)
-      if (errors%any()) return
-      call compare_decks(file, path, branch, model, errors)
-      call load_cracks(file, path, model, state, errors)
       call file%load('stage', place%stage, errors)
       call file%load('cycle', place%cycle, errors)
       if (.not. errors%any()) call keep_state(file, model, state, errors)
@@ -257,16 +269,16 @@ contains
 
    ! ---- Cracks ------------------------------------------------------------------------------------------------------
 
-   !> Cut the mesh along the same edges in the same order, put the bonds back into them, and find what of them touches.
-   subroutine load_cracks(file, path, model, state, errors)
+   !> Edges that were cut after the start, in the same order, and the bonds in all cuts.
+   subroutine load_cracks(file, path, model, breaks, errors)
       type(checkpoint_t), intent(inout) :: file
       character(len=*), intent(in) :: path
-      type(model_t), intent(inout) :: model
-      type(state_t), intent(inout) :: state
+      type(model_t), intent(in) :: model
+      type(breaks_t), intent(out) :: breaks
       type(error_list_t), intent(inout) :: errors
-      integer, allocatable :: edge(:), at_start(:), later(:), parent(:)
-      real(wp), allocatable :: bonds(:, :)
+      integer, allocatable :: edge(:), at_start(:)
 
+      breaks%at_start = .true.
       call file%load('crack_edges', edge, errors)
       if (errors%any()) return
       at_start = pack(model%cut%edge, model%cut%group == 0)
@@ -275,24 +287,17 @@ contains
                          to_text(size(at_start))//'); group and insertion of every &cohesive must be the same')
          return
       end if
-      later = edge(size(at_start) + 1:)
-      if (.not. can_be_cut(model, later)) then
+      breaks%edge = edge(size(at_start) + 1:)
+      if (.not. can_be_cut(model, breaks%edge)) then
          call errors%add(path//': has cracks in rock that cannot break in this deck; give it the &cohesive groups of the deck '// &
                          'that wrote the checkpoint')
          return
       end if
       if (.not. model%can_break) return
-      if (size(later) > 0) call recut(model, state, later, parent)
-      model%breakable(later) = 0
-      state%release = spread(0.0_wp*state%mass, 1, 2)
       ! A run that could not break may go on with rock that can
       if (.not. file%has('bonds')) return
-      allocate (bonds(bond_value_count, size(edge)))
-      call file%load('bonds', bonds, errors)
-      if (errors%any()) return
-      call restore_bonds(bonds, model%bonds, state%bonds)
-      model%joints%bonded(model%bonds%fractures + 1:) = state%bonds%active
-      call restore_contact(model, state)
+      allocate (breaks%bond(bond_value_count, size(edge)))
+      call file%load('bonds', breaks%bond, errors)
    end subroutine load_cracks
 
    !> Does a list start with another one?

@@ -45,8 +45,8 @@ contains
       call log%say('stage     '//quoted(model%deck%stage(stage)%name)//' done at '//to_text(state%time)//' s, step '// &
                    to_text(state%step)//' (last dt '//to_text(report%smallest_step)//' s); unbalanced force ratio '// &
                    to_text(report%unbalanced))
-      added = sum(state%mass) - sum(model%mass)
-      total = sum(model%mass)
+      added = sum(state%mass) - sum(model%nodes%mass)
+      total = sum(model%nodes%mass)
       if (added > 0.0_wp) call log%say('          mass scaling has added '//to_text(added)//' kg/m, '// &
                                        to_text(100.0_wp*added/total)//' % of the mass')
       call say_overshoot(model, stage, state, report, log)

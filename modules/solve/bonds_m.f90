@@ -8,7 +8,7 @@ module bonds_m
    implicit none
    private
 
-   public :: add_bonds, hold_together, bonds_stiffness_bound, bonds_work, bond_damage, is_closed, start_bond
+   public :: init_bonds, add_bonds, hold_together, bonds_stiffness_bound, bonds_work, bond_damage, is_closed, start_bond
    public :: bond_values, restore_bonds, event_values, restore_events
 
    !> Numbers that make up a bond (does it hold, is it broken, law, shifts, points) and a crack event
@@ -56,6 +56,18 @@ module bonds_m
 
 contains
 
+   !> No bonds yet.
+   subroutine init_bonds(fractures, bonds, memory)
+      !> Number of joint elements on fractures
+      integer, intent(in) :: fractures
+      type(bonds_t), intent(out) :: bonds
+      type(bond_memory_t), intent(out) :: memory
+
+      bonds%fractures = fractures
+      allocate (bonds%length(0), bonds%law(0), bonds%shift(2, bond_points, 0), bonds%setting(0), bonds%node(4, 0))
+      allocate (memory%point(bond_points, 0), memory%active(0), memory%broken(0), memory%event(0))
+   end subroutine init_bonds
+
    !> Put in bonds without stress at the end of the list.
    subroutine add_bonds(bonds, memory, length, law, setting)
       type(bonds_t), intent(inout) :: bonds
@@ -69,10 +81,6 @@ contains
       real(wp), allocatable :: shifts(:, :, :)
       integer :: before, after, b
 
-      if (.not. allocated(bonds%length)) then
-         allocate (bonds%length(0), bonds%law(0), bonds%shift(2, bond_points, 0), memory%point(bond_points, 0), &
-                   memory%active(0), memory%broken(0), bonds%setting(0), bonds%node(4, 0), memory%event(0))
-      end if
       before = size(bonds%length)
       after = before + size(length)
       allocate (laws(after), points(bond_points, after), shifts(2, bond_points, after))
@@ -163,7 +171,6 @@ contains
       integer :: b
 
       work = 0.0_wp
-      if (.not. allocated(bonds%length)) return
       do b = 1, size(bonds%length)
          work = work + bonds%length(b)*dot_product(bond_weight, memory%point(:, b)%work)
       end do
@@ -179,7 +186,6 @@ contains
       integer :: b
 
       damage = 1.0_wp
-      if (.not. allocated(bonds%length)) return
       do b = 1, size(bonds%length)
          damage(bonds%fractures + b) = dot_product(bond_weight, memory%point(:, b)%damage)
       end do
@@ -199,10 +205,6 @@ contains
       real(wp), allocatable :: value(:, :)
       integer :: b, k
 
-      if (.not. allocated(bonds%length)) then
-         allocate (value(bond_value_count, 0))
-         return
-      end if
       allocate (value(bond_value_count, size(bonds%length)))
       do b = 1, size(bonds%length)
          value(:, b) = [merge(1.0_wp, 0.0_wp, [memory%active(b), memory%broken(b)]), cohesive_values(bonds%law(b)), &
@@ -237,12 +239,10 @@ contains
    pure function event_values(memory) result(value)
       type(bond_memory_t), intent(in) :: memory
       real(wp), allocatable :: value(:, :)
-      integer :: i, events
+      integer :: i
 
-      events = 0
-      if (allocated(memory%event)) events = size(memory%event)
-      allocate (value(event_value_count, events))
-      do i = 1, events
+      allocate (value(event_value_count, size(memory%event)))
+      do i = 1, size(memory%event)
          associate (e => memory%event(i))
             value(:, i) = [e%time, real(e%stage, wp), e%place, e%angle, e%length, real(e%mode, wp), e%energy]
          end associate

@@ -10,14 +10,14 @@ module explicit_m
    use model_m, only: model_t
    use state_m, only: state_t, kinetic_energy
    use solid_m, only: strain_energy
-   use forces_m, only: find_forces, net_force
+   use forces_m, only: find_forces
    use stable_step_m, only: stable_step
    use corners_m, only: decide_corners, press_further
    use joints_m, only: have_stiffened
    use loads_m, only: smooth_ramp
    use bonds_m, only: bonds_work
-   use cracks_m, only: note_cracks, overstressed_edges, cut_overstressed, describe_bonds, hold_back, restart_release, &
-                       release_factor
+   use cracks_m, only: breaks_t, find_breaks, describe_bonds
+   use release_m, only: release_factor
    use motion_m, only: move_nodes, unbalanced_ratio
    implicit none
    private
@@ -47,7 +47,23 @@ module explicit_m
       !> Root of the largest kinetic energy that loads gave to the rock over the work of the run so far [-]: about how much
       !> further than to rest it swung
       real(wp) :: overshoot = 0.0_wp
+      !> What has to change in the model before the cycle can go on: the solver is then called again
+      type(breaks_t) :: breaks
+      !> Loads then, 0 to 1 over the stage
+      real(wp) :: level = 0.0_wp
    end type cycle_report_t
+
+   !> How far a cycle has come, for one that goes on after rock has broken
+   type, public :: march_t
+      private
+      !> A move, or a rest?
+      logical :: moving = .true.
+      !> Time to cover and covered [s], step [s]
+      real(wp) :: duration = 0.0_wp, elapsed = 0.0_wp, dt = 0.0_wp
+      !> Steps to come, and since the last look at equilibrium and at the clock
+      integer(i8) :: steps_left = 0_i8
+      integer :: since_look = 0
+   end type march_t
 
 contains
 
@@ -59,25 +75,33 @@ contains
       state%energy%initial = kinetic_energy(state%mass, state%v) + strain_energy(model%solid, state%u)
    end subroutine start_account
 
-   !> One cycle of a stage: move, then rest. On failure errors says when, where and what.
-   subroutine explicit_cycle(model, stage, cycle, log, progress, state, report, errors)
-      type(model_t), intent(inout) :: model
+   !> One cycle of a stage: move, then rest. Where rock breaks on the way it returns with what is to change in the model
+   !> (report%breaks), and goes on when it is called again. On failure errors says when, where and what.
+   subroutine explicit_cycle(model, stage, cycle, log, progress, march, state, report, errors)
+      type(model_t), intent(in) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
       type(progress_t), intent(inout) :: progress
+      type(march_t), intent(inout) :: march
       type(state_t), intent(inout) :: state
-      type(cycle_report_t), intent(out) :: report
+      type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
       real(wp) :: rest_time
-      logical :: searched
+      logical :: searched, goes_on
 
       associate (settings => model%deck%stage(stage))
-         call march(model, stage, cycle, settings%move_time, .true., log, progress, state, report, errors)
          rest_time = settings%rest_time
          if (model%until_balanced(stage)) rest_time = model%longest_rest(stage)
-         if (rest_time > 0.0_wp .and. .not. (errors%any() .or. report%interrupted)) &
-            call march(model, stage, cycle, rest_time, .false., log, progress, state, report, errors)
+         goes_on = report%breaks%any()
+         if (.not. goes_on) march = march_t(duration=settings%move_time)
+         do
+            call step_on(model, stage, cycle, goes_on, log, progress, march, state, report, errors)
+            if (report%breaks%any()) return
+            if (.not. march%moving .or. rest_time <= 0.0_wp .or. errors%any() .or. report%interrupted) exit
+            march = march_t(moving=.false., duration=rest_time)
+            goes_on = .false.
+         end do
          if (abs(state%energy%external) > 0.0_wp) report%overshoot = sqrt(report%overshoot/abs(state%energy%external))
          report%unbalanced = unbalanced_ratio(model%loads, state)
          if (model%until_balanced(stage)) report%balanced = report%unbalanced <= settings%equilibrium
@@ -91,71 +115,73 @@ contains
       call describe_bonds(model, state)
    end subroutine explicit_cycle
 
-   !> Step through a move or a rest of given duration; a rest may end sooner, at equilibrium.
-   subroutine march(model, stage, cycle, duration, moving, log, progress, state, report, errors)
-      type(model_t), intent(inout) :: model
+   !> Step through a move or a rest of given duration, or what is left of it; a rest may end sooner, at equilibrium.
+   subroutine step_on(model, stage, cycle, goes_on, log, progress, march, state, report, errors)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
-      !> Time to cover [s]
-      real(wp), intent(in) :: duration
-      !> Do loads and prescribed motion go on?
-      logical, intent(in) :: moving
+      !> Has rock broken in the last step, and the model changed?
+      logical, intent(in) :: goes_on
       type(log_t), intent(in) :: log
       type(progress_t), intent(inout) :: progress
+      type(march_t), intent(inout) :: march
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
-      real(wp) :: elapsed, dt, fraction, level, motion, part
-      integer(i8) :: steps_left
-      integer :: since_look
-      logical :: searched, changed, by_loads
+      real(wp) :: fraction, level, motion, part
+      logical :: searched, broken, changed, by_loads
 
-      if (duration <= 0.0_wp) return
+      if (march%duration <= 0.0_wp) return
       ! What is driven at a given speed has that much kinetic energy, however slowly it goes
-      by_loads = .not. moving .or. .not. any(abs(model%loads%velocity) > 0.0_wp)
-      elapsed = 0.0_wp
-      since_look = 0
-      call fit_step()
-      do while (steps_left > 0_i8)
-         fraction = elapsed/duration
-         call profile(model, stage, moving, fraction, 0.5_wp*dt/duration, part, motion)
-         level = (real(cycle - 1, wp) + part)/real(model%deck%stage(stage)%cycles, wp)
-         call find_forces(model, level, state, searched)
-         call move_nodes(model%loads, motion, model%local_damping, dt, state)
-         if (model%can_break) call account_release(dt, state)
-         elapsed = elapsed + dt
-         state%time = state%time + dt
-         state%step = state%step + 1_i8
-         report%steps = report%steps + 1_i8
-         steps_left = steps_left - 1_i8
-         if (by_loads) report%overshoot = max(report%overshoot, state%energy%kinetic)
-         if (steps_left > 0_i8) report%interrupted = stop_wanted()
-         if (report%interrupted) return
-         ! Every step, since an unstable motion can grow a hundredfold in each. A comparison with NaN is false.
-         if (.not. state%energy%kinetic < absurd_energy) then
-            call report_failure(model, stage, cycle, state, dt, errors)
-            return
-         end if
-         changed = .false.
-         if (model%can_break) then
-            if (mod(state%step, int(model%check_every, i8)) == 0_i8) call let_crack(model, level, state, changed)
+      by_loads = .not. march%moving .or. .not. any(abs(model%loads%velocity) > 0.0_wp)
+      broken = goes_on
+      searched = .false.
+      report%breaks = breaks_t()
+      if (.not. goes_on) call fit_step()
+      do while (march%steps_left > 0_i8 .or. broken)
+         if (.not. broken) then
+            fraction = march%elapsed/march%duration
+            call profile(model, stage, march%moving, fraction, 0.5_wp*march%dt/march%duration, part, motion)
+            level = (real(cycle - 1, wp) + part)/real(model%deck%stage(stage)%cycles, wp)
+            call find_forces(model, level, state, searched)
+            call move_nodes(model%loads, motion, model%local_damping, march%dt, state)
+            if (model%can_break) call account_release(march%dt, state)
+            march%elapsed = march%elapsed + march%dt
+            state%time = state%time + march%dt
+            state%step = state%step + 1_i8
+            report%steps = report%steps + 1_i8
+            march%steps_left = march%steps_left - 1_i8
+            if (by_loads) report%overshoot = max(report%overshoot, state%energy%kinetic)
+            if (march%steps_left > 0_i8) report%interrupted = stop_wanted()
+            if (report%interrupted) return
+            ! Every step, since an unstable motion can grow a hundredfold in each. A comparison with NaN is false.
+            if (.not. state%energy%kinetic < absurd_energy) then
+               call report_failure(model, stage, cycle, state, march%dt, errors)
+               return
+            end if
+            if (model%can_break) then
+               if (mod(state%step, int(model%check_every, i8)) == 0_i8) call find_breaks(model, state, report%breaks)
+               report%level = level
+               if (report%breaks%any()) return
+            end if
          end if
          ! After the last step there is nothing left to divide
-         if (steps_left > 0_i8 .and. &
-             (searched .or. changed .or. state%walls%moved_on .or. have_stiffened(model%joints, state%tractions) .or. &
+         if (march%steps_left > 0_i8 .and. &
+             (searched .or. broken .or. state%walls%moved_on .or. have_stiffened(model%joints, state%tractions) .or. &
               .not. model%deck%plan%skip_step)) call fit_step()
-         since_look = since_look + 1
-         if (since_look < steps_between_looks .and. steps_left > 0_i8) cycle
-         since_look = 0
-         call progress%tick(log, fraction_done(model, stage, cycle, moving, elapsed/duration))
+         broken = .false.
+         march%since_look = march%since_look + 1
+         if (march%since_look < steps_between_looks .and. march%steps_left > 0_i8) cycle
+         march%since_look = 0
+         call progress%tick(log, fraction_done(model, stage, cycle, march%moving, march%elapsed/march%duration))
          if (size(model%corners%stiffness) > 0) then
             changed = .false.
-            if (steps_left == 0_i8 .or. unbalanced_ratio(model%loads, state) <= calm) then
+            if (march%steps_left == 0_i8 .or. unbalanced_ratio(model%loads, state) <= calm) then
                call decide_corners(model%corners, state%u, state%corners, changed)
                call press_further(state%corners)
             end if
-            if (changed .and. steps_left > 0_i8) call fit_step()
+            if (changed .and. march%steps_left > 0_i8) call fit_step()
          end if
-         if (.not. moving .and. model%until_balanced(stage)) then
+         if (.not. march%moving .and. model%until_balanced(stage)) then
             if (unbalanced_ratio(model%loads, state) <= model%deck%stage(stage)%equilibrium) return
          end if
       end do
@@ -167,12 +193,12 @@ contains
          real(wp) :: longest
 
          longest = stable_step(model, state)
-         steps_left = max(1_i8, ceiling((duration - elapsed)/longest - 1.0e-9_wp, i8))
-         dt = (duration - elapsed)/real(steps_left, wp)
-         report%smallest_step = min(report%smallest_step, dt)
+         march%steps_left = max(1_i8, ceiling((march%duration - march%elapsed)/longest - 1.0e-9_wp, i8))
+         march%dt = (march%duration - march%elapsed)/real(march%steps_left, wp)
+         report%smallest_step = min(report%smallest_step, march%dt)
       end subroutine fit_step
 
-   end subroutine march
+   end subroutine step_on
 
    !> Where loads and prescribed motion stand at a fraction of a move: the part of the cycle's load increment that is on
    !> at its end, and the factor of the prescribed velocities over the step. A rest has all of the increment and no motion.
@@ -197,32 +223,6 @@ contains
       end if
    end subroutine profile
 
-   !> Note what has broken and cut the edges whose stress has reached the strength. The cut changes no acceleration: what
-   !> the new bonds do not carry is held back and let go of smoothly.
-   subroutine let_crack(model, level, state, changed)
-      type(model_t), intent(inout) :: model
-      !> Loads: 0 at the start of the stage, 1 at its end
-      real(wp), intent(in) :: level
-      type(state_t), intent(inout) :: state
-      !> Have mesh or contact changed, so that the stable step has to be looked at again?
-      logical, intent(out) :: changed
-      integer, allocatable :: edge(:), parent(:)
-      real(wp), allocatable :: acceleration(:, :)
-      logical :: searched
-
-      call note_cracks(model, state, changed)
-      if (.not. model%is_adaptive) return
-      edge = overstressed_edges(model, state)
-      if (size(edge) == 0) return
-      changed = .true.
-      call find_forces(model, level, state, searched)
-      acceleration = total_force(state)/spread(state%mass, 1, 2)
-      call cut_overstressed(model, state, edge, .true., parent)
-      call restart_release(model%solid, parent, state)
-      call find_forces(model, level, state, searched)
-      call hold_back(parent, acceleration, total_force(state), state)
-   end subroutine let_crack
-
    !> What letting go of the forces of new cracks takes out of the motion counts as damping.
    subroutine account_release(dt, state)
       !> Step just done [s]
@@ -233,15 +233,6 @@ contains
       factor = release_factor(state)
       if (factor > 0.0_wp) state%energy%damping = state%energy%damping - factor*dt*sum(state%release*state%v)
    end subroutine account_release
-
-   !> All forces on the nodes but prescribed ones' reactions (2, nodes) [N per m].
-   function total_force(state) result(force)
-      type(state_t), intent(in) :: state
-      real(wp), allocatable :: force(:, :)
-
-      force = net_force(state)
-      if (size(state%damping, 2) > 0) force = force + state%damping
-   end function total_force
 
    !> Say when and where the motion has grown out of all bounds.
    subroutine report_failure(model, stage, cycle, state, dt, errors)

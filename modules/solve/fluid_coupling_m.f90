@@ -8,19 +8,20 @@ module fluid_coupling_m
    use constants_m, only: unset
    use deck_m, only: deck_t
    use errors_m, only: error_list_t
-   use explicit_m, only: cycle_report_t
    use flow_model_m, only: flow_model_t, boundary_flow_t, init_flow_model, set_moment, set_lines, set_apertures, solve_boundary_flow
-   use implicit_m, only: implicit_cycle, implicit_solver_t
    use joint_law_m, only: law_item_t
-   use log_m, only: log_t, progress_t
    use pore_pressure_m, only: press_rock, press_walls
+   use loads_m, only: loads_t
    use model_m, only: model_t
    use state_m, only: state_t
    use text_m, only: to_text, quoted
    implicit none
    private
 
-   public :: conducting_lines, mobilised_roughness, is_two_way, coupled_cycle
+   public :: conducting_lines, mobilised_roughness, is_two_way, start_passes, end_pass
+
+   !> Part of the new loads that is taken in the next pass: at first, least and most (Aitken's rule finds it in between)
+   real(wp), parameter :: first_part = 1.0_wp, least_part = 0.05_wp, most_part = 2.0_wp
 
    !> What the coupling remembers from one cycle to the next
    type, public :: fluid_coupling_t
@@ -34,10 +35,16 @@ module fluid_coupling_m
       real(wp), allocatable :: dead_start(:, :), dead_end(:, :)
       !> What was added to the loads at the end of the last stage (2, nodes)
       real(wp), allocatable :: added(:, :)
+      !> Loads of the stage such that those of the fluid go from one value to the other in this cycle
+      type(loads_t), public :: loads
+      !> State at the start of the cycle, passes since
+      type(state_t) :: start
+      integer :: pass = 0
+      !> Loads of the fluid at the start of the cycle, those tried at its end, what was missed in the last pass (2, nodes), and
+      !> the part of it that was taken
+      real(wp), allocatable :: before(:, :), trial(:, :), last_miss(:, :)
+      real(wp) :: part = first_part
    end type fluid_coupling_t
-
-   !> Part of the new loads that is taken in the next pass: at first, least and most (Aitken's rule finds it in between)
-   real(wp), parameter :: first_part = 1.0_wp, least_part = 0.05_wp, most_part = 2.0_wp
 
 contains
 
@@ -48,53 +55,66 @@ contains
       is_two_way = deck%flow%line > 0 .and. deck%flow%coupling == 'two-way'
    end function is_two_way
 
-   !> One cycle, done again with the pressure of its own apertures until they agree.
-   subroutine coupled_cycle(self, solver, model, stage, cycle, log, progress, state, report, errors)
+   !> Start the passes of a cycle: each is a cycle of the solver with loads of the fluid, until these are what its apertures
+   !> lead to.
+   subroutine start_passes(self, model, stage, cycle, state, errors)
       type(fluid_coupling_t), intent(inout) :: self
-      type(implicit_solver_t), intent(inout) :: solver
-      type(model_t), intent(inout) :: model
+      type(model_t), intent(in) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
-      type(log_t), intent(in) :: log
-      type(progress_t), intent(inout) :: progress
       type(state_t), intent(inout) :: state
-      type(cycle_report_t), intent(out) :: report
       type(error_list_t), intent(inout) :: errors
-      type(state_t) :: start
-      real(wp), allocatable :: before(:, :), trial(:, :), found(:, :), miss(:, :), last_miss(:, :)
-      real(wp) :: part, apart
-      integer :: pass
 
       if (.not. self%started) call start_coupling(self, model, stage, cycle, state, errors)
       if (stage /= self%stage) call take_stage(self, model, stage)
       if (errors%any()) return
-      start = state
-      before = self%force
+      self%start = state
+      self%before = self%force
+      self%last_miss = 0.0_wp*self%force
+      self%pass = 0
+      self%part = first_part
       call set_moment(self%model, stage, real(cycle, wp)/real(model%deck%stage(stage)%cycles, wp))
-      call fluid_loads(self, model, state, trial, errors)
-      allocate (miss(2, size(before, 2)), last_miss(2, size(before, 2)), source=0.0_wp)
-      part = first_part
-      do pass = 1, model%deck%flow%max_passes
-         if (errors%any()) return
-         call set_loads(self, model, cycle, before, trial)
-         state = start
-         state%load_level = unset
-         call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors)
-         if (errors%any() .or. report%interrupted) return
-         call fluid_loads(self, model, state, found, errors)
-         if (errors%any()) return
-         miss = found - trial
-         apart = maxval(abs(miss))/max(maxval(abs(found)), maxval(abs(trial)), tiny(apart))
-         self%force = trial
-         if (apart <= model%deck%flow%tolerance) return
-         if (pass > 1) part = aitken(part, miss, last_miss)
-         last_miss = miss
-         trial = trial + part*miss
-      end do
-      call errors%add('stage '//quoted(model%deck%stage(stage)%name)//', cycle '//to_text(cycle)//': pressure of the fluid and '// &
-                  'apertures do not agree after '//to_text(model%deck%flow%max_passes)//' passes; the loads of the fluid still '// &
-                      'change by '//to_text(100.0_wp*apart)//' % of the largest. Try more cycles, or a larger max_passes of &flow')
-   end subroutine coupled_cycle
+      call fluid_loads(self, model, state, self%trial, errors)
+      if (errors%any()) return
+      call set_loads(self, model, cycle)
+      state%load_level = unset
+   end subroutine start_passes
+
+   !> A pass is done: do its apertures lead to the loads that it had? Else back to the start, with loads nearer to that.
+   subroutine end_pass(self, model, stage, cycle, state, agreed, errors)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      !> Stage and cycle, from 1
+      integer, intent(in) :: stage, cycle
+      type(state_t), intent(inout) :: state
+      logical, intent(out) :: agreed
+      type(error_list_t), intent(inout) :: errors
+      real(wp), allocatable :: found(:, :), miss(:, :)
+      real(wp) :: apart
+
+      agreed = .false.
+      call fluid_loads(self, model, state, found, errors)
+      if (errors%any()) return
+      self%pass = self%pass + 1
+      miss = found - self%trial
+      apart = maxval(abs(miss))/max(maxval(abs(found)), maxval(abs(self%trial)), tiny(apart))
+      self%force = self%trial
+      agreed = apart <= model%deck%flow%tolerance
+      if (agreed) return
+      if (self%pass == model%deck%flow%max_passes) then
+         call errors%add('stage '//quoted(model%deck%stage(stage)%name)//', cycle '//to_text(cycle)// &
+                         ': pressure of the fluid and apertures do not agree after '//to_text(self%pass)// &
+                         ' passes; the loads of the fluid still change by '//to_text(100.0_wp*apart)// &
+                         ' % of the largest. Try more cycles, or a larger max_passes of &flow')
+         return
+      end if
+      if (self%pass > 1) self%part = aitken(self%part, miss, self%last_miss)
+      self%last_miss = miss
+      self%trial = self%trial + self%part*miss
+      call set_loads(self, model, cycle)
+      state = self%start
+      state%load_level = unset
+   end subroutine end_pass
 
    !> The part of the miss to take next (Irons and Tuck 1969, Int J Numer Meth Eng 1:275).
    pure real(wp) function aitken(part, miss, last_miss)
@@ -135,21 +155,22 @@ contains
       self%stage = stage
    end subroutine take_stage
 
-   !> Make the loads of the stage such that those of the fluid go from one value to the other in this cycle.
-   subroutine set_loads(self, model, cycle, from, to)
+   !> Make the loads of the stage such that those of the fluid go to the ones tried in this cycle.
+   subroutine set_loads(self, model, cycle)
       type(fluid_coupling_t), intent(inout) :: self
-      type(model_t), intent(inout) :: model
+      type(model_t), intent(in) :: model
       integer, intent(in) :: cycle
-      !> Loads of the fluid at the start and end of the cycle (2, nodes) [N per m of thickness]
-      real(wp), intent(in) :: from(:, :), to(:, :)
       real(wp) :: cycles
 
       ! Loads are linear in the level, which goes from (cycle - 1)/cycles to cycle/cycles
       cycles = real(model%deck%stage(self%stage)%cycles, wp)
-      model%loads%dead_start = self%dead_start + from - real(cycle - 1, wp)*(to - from)
-      model%loads%dead_end = self%dead_end + from + (cycles - real(cycle - 1, wp))*(to - from)
-      model%loads%dead_changes = .true.
-      self%added = to
+      self%loads = model%loads
+      associate (change => self%trial - self%before)
+         self%loads%dead_start = self%dead_start + self%before - real(cycle - 1, wp)*change
+         self%loads%dead_end = self%dead_end + self%before + (cycles - real(cycle - 1, wp))*change
+      end associate
+      self%loads%dead_changes = .true.
+      self%added = self%trial
    end subroutine set_loads
 
    !> Loads of the fluid for the apertures of a state: the pressure they lead to pushes walls and rock.

@@ -11,11 +11,11 @@ module forces_m
    use joints_m, only: couple_walls, couple_potential
    use loads_m, only: nodal_loads
    use bonds_m, only: hold_together
-   use cracks_m, only: release_factor
+   use release_m, only: release_factor
    implicit none
    private
 
-   public :: find_forces, net_force
+   public :: find_forces, net_force, total_force
 
 contains
 
@@ -111,5 +111,14 @@ contains
 
       force = state%solid + state%normal + state%friction + state%load
    end function net_force
+
+   !> All forces on the nodes but prescribed ones' reactions (2, nodes) [N per m].
+   function total_force(state) result(force)
+      type(state_t), intent(in) :: state
+      real(wp), allocatable :: force(:, :)
+
+      force = net_force(state)
+      if (size(state%damping, 2) > 0) force = force + state%damping
+   end function total_force
 
 end module forces_m

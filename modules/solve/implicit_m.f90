@@ -17,7 +17,7 @@ module implicit_m
    use motion_m, only: unbalanced_ratio
    use support_m, only: find_loose
    use contact_m, only: contact_energy_t
-   use cracks_m, only: crack_at_rest, describe_bonds
+   use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left
    use corners_m, only: decide_corners, press_further, any_passed, free_choices, any_chosen, most_pressed
@@ -27,6 +27,25 @@ module implicit_m
    private
 
    public :: implicit_cycle
+
+   !> How far a cycle has come, for one that goes on after rock has broken
+   type :: way_t
+      !> Part of the cycle that is done, and part of it that the increment adds
+      real(wp) :: done = 0.0_wp, part = 0.0_wp
+      !> Loads at the increment's end, 0 to 1 over the stage, and the time it takes [s]
+      real(wp) :: level = 0.0_wp, duration = 0.0_wp
+      !> Starts at the last rest
+      type(newton_increment_t) :: increment
+      !> Is rest sought in pseudo-time? Displacement where that began (2, nodes) [m], steps so far
+      logical :: in_pseudo_time = .false.
+      real(wp), allocatable :: began(:, :)
+      integer :: step = 0
+      !> Drag of the next step, time that prescribed velocities have yet to act [s]
+      real(wp) :: drag = 0.0_wp, to_come = 0.0_wp
+      !> Is the next step to be tried without drag? Steps found in a row
+      logical :: calming = .false.
+      integer :: found_since = 0
+   end type way_t
 
    !> What the solver remembers from one cycle to the next
    type, extends(newton_t), public :: implicit_solver_t
@@ -39,6 +58,7 @@ module implicit_m
       logical :: warned = .false.
       !> Steps of pseudo-time so far
       integer(i8) :: pseudo_steps = 0_i8
+      type(way_t) :: way
    contains
       procedure :: matrix => matrix_in_use
       procedure :: matrix_number
@@ -59,8 +79,9 @@ module implicit_m
    real(wp), parameter :: collapsed = 0.1_wp
    !> Block edges named in the message of a collapse
    integer, parameter :: most_named = 3
-   !> Ends of the way in pseudo-time: at rest, moved too far, too heavy a drag, too many steps, no factors of the matrix
-   integer, parameter :: end_rest = 0, end_far = 1, end_stuck = 2, end_long = 3, end_linear = 4
+   !> Ends of a search for rest: found, moved too far, too heavy a drag, too many steps, no factors of the matrix, rock breaks,
+   !> to be tried again otherwise
+   integer, parameter :: end_rest = 0, end_far = 1, end_stuck = 2, end_long = 3, end_linear = 4, end_broken = 5, end_again = 6
    !> Pseudo-time: drag of the first step, factors by which it falls after an easy step and grows after one without
    !> equilibrium, drag that lets nothing move any more, and drag so light that equilibrium without it is worth a try
    real(wp), parameter :: first_drag = 1.0_wp, lighter = 0.25_wp, heavier = 4.0_wp, heaviest = 1.0e6_wp, light = 1.0e-9_wp
@@ -75,76 +96,66 @@ module implicit_m
 
 contains
 
-   !> One cycle of a stage, in as many increments as it needs. On failure errors says when, where and what.
+   !> One cycle of a stage, in as many increments as it needs. Where rock breaks it returns with what is to change in the model
+   !> (report%breaks), and goes on when it is called again. On failure errors says when, where and what.
    subroutine implicit_cycle(self, model, stage, cycle, log, progress, state, report, errors)
       type(implicit_solver_t), intent(inout) :: self
-      type(model_t), intent(inout) :: model
+      type(model_t), intent(in) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
       type(progress_t), intent(inout) :: progress
       type(state_t), intent(inout) :: state
-      type(cycle_report_t), intent(out) :: report
+      type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
-      type(newton_increment_t) :: increment
-      real(wp) :: done, part, level, duration
-      integer :: iterations, ending
-      logical :: found
+      integer :: ending
+      logical :: broken
 
       if (stage /= self%stage) call prepare_stage(self, model, stage, cycle, log, state, errors)
       if (errors%any()) return
-      done = 0.0_wp
-      do while (done < 1.0_wp)
-         part = min(state%guess%part, 1.0_wp - done)
-         duration = part*model%deck%stage(stage)%move_time
-         level = (real(cycle - 1, wp) + min(1.0_wp, done + part))/real(model%deck%stage(stage)%cycles, wp)
-         call start_increment_at(model, level, duration, state, increment)
-         call first_guess(model, part, duration, increment, state)
-         call equilibrate(self, model, increment, model%rest_tolerance(), state, iterations, found)
-         if (found) then
-            call hold_corners(self, model, increment, state, iterations)
-            call account_increment(model, increment%start, state)
-            state%guess%move = state%u - increment%start%u
-            state%guess%move_part = part
-            if (iterations <= easy) state%guess%part = min(1.0_wp, 2.0_wp*state%guess%part)
+      broken = report%breaks%any()
+      report%breaks = breaks_t()
+      if (broken) then
+         call take_new_mesh(self, model, state)
+      else
+         self%way = way_t()
+      end if
+      do while (self%way%done < 1.0_wp)
+         if (self%way%in_pseudo_time) then
+            call follow(self, model, state, report%breaks, ending)
+         else if (broken) then
+            call rest_again(self, model, state, ending)
          else
-            call give_up_increment(self, increment, state)
-            ! Points that were chosen to hold each other may stand in the way: they choose anew at the rest without them
-            if (part <= choose_anew .and. any_chosen(model%corners, state%corners) .and. .not. allocated(self%failure)) then
-               call free_choices(model%corners, state%corners)
-               cycle
-            end if
-            state%guess%part = 0.5_wp*state%guess%part
-            if (allocated(self%failure)) then
-               call report_linear_failure(self, model, stage, cycle, level, state, report, errors)
-               return
-            end if
-            if (state%guess%part >= 0.5_wp**model%deck%implicit%largest_cut) cycle
-            call follow(self, model, level, duration, state, ending)
-            found = ending == end_rest
-            state%guess%move_part = 0.0_wp
-            state%guess%part = 0.5_wp**model%deck%implicit%largest_cut
+            call find_rest(self, model, stage, cycle, state, ending)
          end if
-         if (found .and. model%can_break) then
-            call let_crack(self, model, level, state, ending)
-            found = ending == end_rest
+         broken = .false.
+         if (ending == end_again) cycle
+         if (ending == end_rest .and. model%can_break) then
+            call find_breaks(model, state, report%breaks)
+            if (report%breaks%any()) ending = end_broken
          end if
-         if (.not. found) then
-            if (ending == end_linear) then
-               call report_linear_failure(self, model, stage, cycle, level, state, report, errors)
-               return
-            end if
-            call report_failure(self, model, stage, cycle, level, duration, ending, increment, state, report, errors)
+         select case (ending)
+         case (end_rest)
+         case (end_broken)
+            report%level = self%way%level
             return
-         end if
-         done = done + part
-         if (1.0_wp - done < least_part) done = 1.0_wp
-         state%time = state%time + duration
-         state%step = state%step + 1_i8
-         report%steps = report%steps + 1_i8
-         report%smallest_step = min(report%smallest_step, duration)
-         call progress%tick(log, fraction_done(model, stage, cycle, .true., done))
-         if (done < 1.0_wp) report%interrupted = stop_wanted()
+         case (end_linear)
+            call report_linear_failure(self, model, stage, cycle, state, report, errors)
+            return
+         case default
+            call report_failure(self, model, stage, cycle, ending, state, report, errors)
+            return
+         end select
+         associate (way => self%way)
+            way%done = way%done + way%part
+            if (1.0_wp - way%done < least_part) way%done = 1.0_wp
+            state%time = state%time + way%duration
+            state%step = state%step + 1_i8
+            report%steps = report%steps + 1_i8
+            report%smallest_step = min(report%smallest_step, way%duration)
+            call progress%tick(log, fraction_done(model, stage, cycle, .true., way%done))
+            if (way%done < 1.0_wp) report%interrupted = stop_wanted()
+         end associate
          if (report%interrupted) return
       end do
       if (model%has_contact) call check_other_contact(self, model, stage, log, state, errors)
@@ -152,6 +163,49 @@ contains
       report%unbalanced = unbalanced_ratio(model%loads, state)
       call describe_bonds(model, state)
    end subroutine implicit_cycle
+
+   !> The next increment of a cycle: to rest, or back to its start and on by another way.
+   subroutine find_rest(self, model, stage, cycle, state, ending)
+      type(implicit_solver_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: stage, cycle
+      type(state_t), intent(inout) :: state
+      !> How it ends
+      integer, intent(out) :: ending
+      integer :: iterations
+      logical :: found
+
+      associate (way => self%way)
+         way%part = min(state%guess%part, 1.0_wp - way%done)
+         way%duration = way%part*model%deck%stage(stage)%move_time
+         way%level = (real(cycle - 1, wp) + min(1.0_wp, way%done + way%part))/real(model%deck%stage(stage)%cycles, wp)
+         call start_increment_at(model, way%level, way%duration, state, way%increment)
+         call first_guess(model, way%part, way%duration, way%increment, state)
+      end associate
+      call equilibrate(self, model, self%way%increment, model%rest_tolerance(), state, iterations, found)
+      ending = end_rest
+      if (found) then
+         call hold_corners(self, model, self%way%increment, state, iterations)
+         call account_increment(model, self%way%increment%start, state)
+         state%guess%move = state%u - self%way%increment%start%u
+         state%guess%move_part = self%way%part
+         if (iterations <= easy) state%guess%part = min(1.0_wp, 2.0_wp*state%guess%part)
+         return
+      end if
+      call give_up_increment(self, self%way%increment, state)
+      ending = end_again
+      ! Points that were chosen to hold each other may stand in the way: they choose anew at the rest without them
+      if (self%way%part <= choose_anew .and. any_chosen(model%corners, state%corners) .and. .not. allocated(self%failure)) then
+         call free_choices(model%corners, state%corners)
+         return
+      end if
+      state%guess%part = 0.5_wp*state%guess%part
+      if (allocated(self%failure)) ending = end_linear
+      if (allocated(self%failure) .or. state%guess%part >= 0.5_wp**model%deck%implicit%largest_cut) return
+      call start_following(self%way, self%way%duration, state)
+      state%guess%move_part = 0.0_wp
+      state%guess%part = 0.5_wp**model%deck%implicit%largest_cut
+   end subroutine find_rest
 
    !> At rest: hold the corners that have come into each other, and press them back bit by bit in the same increment, as far as
    !> there is rest.
@@ -182,94 +236,88 @@ contains
       end do
    end subroutine hold_corners
 
-   !> Note what has broken, cut the edges whose stress has reached the strength, and come to rest again at the same loads,
-   !> until nothing more breaks.
-   subroutine let_crack(self, model, level, state, ending)
+   !> Rock has broken: rest at the same loads, of which those that the increment brought on are all there.
+   subroutine rest_again(self, model, state, ending)
       type(implicit_solver_t), intent(inout) :: self
-      type(model_t), intent(inout) :: model
-      !> Loads, 0 to 1 over the stage
-      real(wp), intent(in) :: level
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       !> How it ends
       integer, intent(out) :: ending
       type(newton_increment_t) :: increment
       integer :: iterations
-      logical :: changed, found
+      logical :: found
 
-      ending = end_rest
-      do
-         call break_rock(self, model, level, state, changed)
-         if (.not. changed) return
-         call start_increment_at(model, level, 0.0_wp, state, increment)
-         call equilibrate(self, model, increment, model%rest_tolerance(), state, iterations, found)
-         if (found) then
-            call account_increment(model, increment%start, state)
-         else
-            call give_up_increment(self, increment, state)
-            call follow(self, model, level, 0.0_wp, state, ending)
-            if (ending /= end_rest) return
-         end if
-      end do
-   end subroutine let_crack
+      call start_increment_at(model, self%way%level, 0.0_wp, state, increment)
+      call equilibrate(self, model, increment, model%rest_tolerance(), state, iterations, found)
+      if (found) then
+         call account_increment(model, increment%start, state)
+         ending = end_rest
+      else
+         call give_up_increment(self, increment, state)
+         call start_following(self%way, 0.0_wp, state)
+         ending = end_again
+      end if
+   end subroutine rest_again
 
-   !> Note what has broken and cut what is to be cut, with the unknowns and forces of the new mesh.
-   subroutine break_rock(self, model, level, state, changed)
+   !> Unknowns and forces of a model that has changed.
+   subroutine take_new_mesh(self, model, state)
       type(implicit_solver_t), intent(inout) :: self
-      type(model_t), intent(inout) :: model
-      !> Loads, 0 to 1 over the stage
-      real(wp), intent(in) :: level
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
-      !> Have mesh or contact changed?
-      logical, intent(out) :: changed
       type(newton_increment_t) :: increment
-      integer, allocatable :: parent(:)
 
-      changed = .false.
-      if (model%can_break) call crack_at_rest(model, state, changed, parent)
-      if (.not. changed) return
-      call start_increment_at(model, level, 0.0_wp, state, increment)
+      call start_increment_at(model, self%way%level, 0.0_wp, state, increment)
       call evaluate(model, increment, state)
       call lay_out(self, model, state)
-   end subroutine break_rock
+   end subroutine take_new_mesh
+
+   !> Go on in pseudo-time from the present state.
+   subroutine start_following(way, duration, state)
+      type(way_t), intent(inout) :: way
+      !> Time that prescribed velocities have yet to act [s]
+      real(wp), intent(in) :: duration
+      type(state_t), intent(in) :: state
+
+      way%in_pseudo_time = .true.
+      way%began = state%u
+      way%step = 0
+      way%drag = first_drag
+      way%to_come = duration
+      way%calming = .false.
+      way%found_since = in_a_row
+   end subroutine start_following
 
    !> Follow the rock in pseudo-time to where it comes to rest: steps of Newton's method in which a drag proportional to the
    !> rock's stiffness resists the motion of each step. What a real crack gives to motion, the drag takes up. It is heavy at
    !> first and becomes lighter as steps are found easily. Rock may break after each step.
-   subroutine follow(self, model, level, duration, state, ending)
+   subroutine follow(self, model, state, breaks, ending)
       type(implicit_solver_t), intent(inout) :: self
-      type(model_t), intent(inout) :: model
-      !> Loads, 0 to 1 over the stage
-      real(wp), intent(in) :: level
-      !> Time that prescribed velocities act [s]
-      real(wp), intent(in) :: duration
+      type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
+      !> Rock that breaks on the way
+      type(breaks_t), intent(inout) :: breaks
       !> How it ends
       integer, intent(out) :: ending
       type(newton_increment_t) :: increment
-      real(wp), allocatable :: began(:, :)
-      real(wp) :: drag, to_come, tolerance, unbalanced
-      integer :: iterations, step, found_since
-      logical :: changed, stepped, free, calming, found
+      real(wp) :: tolerance, unbalanced
+      integer :: iterations
+      logical :: stepped, free, found
 
       ending = end_long
-      allocate (began, source=state%u)
-      drag = first_drag
-      to_come = duration
-      calming = .false.
-      found_since = in_a_row
-      do step = 1, model%deck%implicit%max_pseudo_steps
-         call start_increment_at(model, level, to_come, state, increment)
-         where (model%loads%fixed) state%u = state%u + to_come*model%loads%velocity
+      do while (self%way%step < model%deck%implicit%max_pseudo_steps)
+         self%way%step = self%way%step + 1
+         call start_increment_at(model, self%way%level, self%way%to_come, state, increment)
+         where (model%loads%fixed) state%u = state%u + self%way%to_come*model%loads%velocity
          call evaluate(model, increment, state)
          unbalanced = unbalanced_ratio(model%loads, state)
          tolerance = max(model%rest_tolerance(), min(pseudo_tolerance, pseudo_share*unbalanced))
-         free = drag <= light .or. calming
-         calming = .false.
+         free = self%way%drag <= light .or. self%way%calming
+         self%way%calming = .false.
          increment%softens = .true.
          if (free) then
             tolerance = model%rest_tolerance()
          else
-            increment%drag = drag
+            increment%drag = self%way%drag
          end if
          self%factored = .false.
          call equilibrate(self, model, increment, tolerance, state, iterations, stepped)
@@ -278,14 +326,14 @@ contains
             call give_up_increment(self, increment, state)
             if (allocated(self%failure)) ending = end_linear
             if (allocated(self%failure)) return
-            if (.not. free .or. drag <= light) drag = heavier*drag
-            if (drag > heaviest) ending = end_stuck
-            if (drag > heaviest) return
-            if (.not. free) found_since = 0
+            if (.not. free .or. self%way%drag <= light) self%way%drag = heavier*self%way%drag
+            if (self%way%drag > heaviest) ending = end_stuck
+            if (self%way%drag > heaviest) return
+            if (.not. free) self%way%found_since = 0
             cycle
          end if
-         to_come = 0.0_wp
-         if (has_collapsed(model, began, state) .or. has_left(model, increment, state)) ending = end_far
+         self%way%to_come = 0.0_wp
+         if (has_collapsed(model, self%way%began, state) .or. has_left(model, increment, state)) ending = end_far
          if (ending == end_far) return
          if (increment%drag > 0.0_wp) then
             increment%drag = 0.0_wp
@@ -294,12 +342,15 @@ contains
          found = unbalanced_ratio(model%loads, state) <= model%rest_tolerance()
          call account_increment(model, increment%start, state)
          ! Calmer than before: there may be rest nearby
-         calming = unbalanced_ratio(model%loads, state) < calm*unbalanced
-         call break_rock(self, model, level, state, changed)
-         if (found .and. .not. changed) ending = end_rest
+         self%way%calming = unbalanced_ratio(model%loads, state) < calm*unbalanced
+         if (model%can_break) call find_breaks(model, state, breaks)
+         if (breaks%any()) ending = end_broken
+         if (found .and. .not. breaks%any()) ending = end_rest
+         self%way%in_pseudo_time = ending /= end_rest
          if (ending == end_rest) return
-         found_since = found_since + 1
-         if (iterations <= easy_pseudo .and. found_since >= in_a_row) drag = lighter*drag
+         self%way%found_since = self%way%found_since + 1
+         if (iterations <= easy_pseudo .and. self%way%found_since >= in_a_row) self%way%drag = lighter*self%way%drag
+         if (ending == end_broken) return
       end do
    end subroutine follow
 
@@ -443,27 +494,21 @@ contains
    end subroutine give_up_increment
 
    !> No rest: say when, where and what moves. Rock that cannot break goes back to where it rested last, which the caller writes.
-   subroutine report_failure(self, model, stage, cycle, level, duration, ending, increment, state, report, errors)
+   subroutine report_failure(self, model, stage, cycle, ending, state, report, errors)
       type(implicit_solver_t), intent(in) :: self
       type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
-      !> Loads, 0 to 1 over the stage
-      real(wp), intent(in) :: level
-      !> Time that the increment without rest takes [s]
-      real(wp), intent(in) :: duration
       !> How the way in pseudo-time ended
       integer, intent(in) :: ending
-      !> Starts at the last rest
-      type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
       character(len=:), allocatable :: why, advice
       integer :: joints, most
 
-      joints = size(increment%start%joint)
+      joints = size(self%way%increment%start%joint)
       report%moved = state%joint%u
-      report%moved(:joints) = state%joint(:joints)%u - increment%start%joint%u
+      report%moved(:joints) = state%joint(:joints)%u - self%way%increment%start%joint%u
       why = ' in '//to_text(model%deck%implicit%max_pseudo_steps)//' steps of pseudo-time'
       advice = 'a larger &implicit max_pseudo_steps follows it further'
       select case (ending)
@@ -481,15 +526,15 @@ contains
          advice = advice//'; prescribe displacements that hold it, or give tractions (tx, ty), which do not turn'
       end if
       why = 'no rest at time '//to_text(state%time)//' s (stage '//quoted(model%deck%stage(stage)%name)//', cycle '// &
-            to_text(cycle)//', load level '//to_text(level)//')'//why
+            to_text(cycle)//', load level '//to_text(self%way%level)//')'//why
       if (.not. model%can_break) then
-         most = maxloc(sum((state%u - increment%start%u)**2, dim=1, mask=.not. model%loads%fixed), dim=1)
+         most = maxloc(sum((state%u - self%way%increment%start%u)**2, dim=1, mask=.not. model%loads%fixed), dim=1)
          why = why//'; most moves the rock near '//place_text(model%split%x(:, most), model%split%datum)//', by '// &
-               to_text(norm2(state%u(:, most) - increment%start%u(:, most)))//' m'
-         state = increment%start
+               to_text(norm2(state%u(:, most) - self%way%increment%start%u(:, most)))//' m'
+         state = self%way%increment%start
       else
          ! Its loads are those of the increment's end
-         state%time = state%time + duration
+         state%time = state%time + self%way%duration
       end if
       report%unbalanced = unbalanced_ratio(model%loads, state)
       call errors%add(why//moving_edges(model, report%moved)//'; '//advice//'. The state written last is '// &
@@ -497,19 +542,17 @@ contains
    end subroutine report_failure
 
    !> The linear solver cannot go on: say why. The state is that of the last rest.
-   subroutine report_linear_failure(self, model, stage, cycle, level, state, report, errors)
+   subroutine report_linear_failure(self, model, stage, cycle, state, report, errors)
       type(implicit_solver_t), intent(in) :: self
       type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
-      !> Loads, 0 to 1 over the stage
-      real(wp), intent(in) :: level
       type(state_t), intent(in) :: state
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
 
       report%unbalanced = unbalanced_ratio(model%loads, state)
       call errors%add(self%failure//' at time '//to_text(state%time)//' s (stage '//quoted(model%deck%stage(stage)%name)// &
-                      ', cycle '//to_text(cycle)//', load level '//to_text(level)//'); a coarser mesh, a larger '// &
+                      ', cycle '//to_text(cycle)//', load level '//to_text(self%way%level)//'); a coarser mesh, a larger '// &
                       '&implicit max_memory, a machine with more memory or solver = ''relaxation'', which needs no matrix, '// &
                       'may help. What is written ends with the last cycle completed')
    end subroutine report_linear_failure

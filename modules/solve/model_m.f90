@@ -1,34 +1,36 @@
-!> The model: what a run is made of, built once from deck and mesh. It changes when a stage begins (begin_stage: its loads), when a
-!> crack cuts the mesh (recut_m) and when a bond has parted (its walls become a matter of contact); all that a run remembers is
-!> in state_m.
+!> The model: what a run is made of, built once from deck and mesh (build_m). It changes when a stage begins (begin_stage: its
+!> loads) and when rock breaks (recut_m: the mesh is cut, or the walls of a bond become a matter of contact); all that a run
+!> remembers is in state_m.
 module model_m
    use kinds_m, only: wp
-   use constants_m, only: is_set, unset, radians, megapascal, millimetre, megapascal_per_millimetre
-   use errors_m, only: error_list_t
-   use text_m, only: to_text, quoted
+   use constants_m, only: is_set, unset, radians, millimetre
    use union_find_m, only: each_alone, join, representatives
-   use log_m, only: log_t
    use deck_m, only: deck_t
-   use joint_group_m, only: joint_t
-   use mesh_m, only: mesh_t, split_mesh_t, find_group, surface_first, place_text
+   use mesh_m, only: mesh_t, split_mesh_t
    use edges_m, only: edge_table_t
-   use split_m, only: cut_t, fracture_cuts, split_edges
-   use topology_m, only: topology_t, scan_topology
-   use solid_m, only: solid_t, init_solid, set_viscosity, lumped_mass, solid_stiffness_bound, solid_damping_bound
-   use joint_law_m, only: guard_t
-   use law_list_m, only: scaled_law
-   use joints_m, only: joints_t, init_joints
-   use bonds_m, only: bonds_t, is_closed
+   use split_m, only: cut_t
+   use topology_m, only: topology_t
+   use solid_m, only: solid_t, lumped_mass, solid_stiffness_bound, solid_damping_bound
+   use joints_m, only: joints_t
+   use bonds_m, only: bonds_t
    use wall_contact_m, only: wall_contact_t, init_wall_contact, init_meeting, surfaces_walked, walls_touching, lets_go
    use corners_m, only: corners_t, init_corners, init_choices
    use contact_m, only: contact_t, contact_options_t
    use friction_m, only: friction_slider, friction_velocity
    use pore_pressure_m, only: add_pore_pressure
-   use loads_m, only: loads_t, init_loads, start_stage, group_nodes
-   use state_m, only: state_t, init_state
-   use solver_choice_m, only: choose_solver, solver_name, solver_explicit, solver_relaxation
+   use loads_m, only: loads_t, start_stage
+   use state_m, only: state_t
+   use solver_choice_m, only: solver_explicit, solver_relaxation
    implicit none
    private
+
+   !> What belongs to the nodes of the split mesh
+   type, public :: nodes_t
+      !> True nodal mass (nodes) [kg per m] and weight (2, nodes) [N per m]
+      real(wp), allocatable :: mass(:), weight(:, :)
+      !> Row sums of stiffness and damping of the rock (nodes) [N/m, N s/m per m]
+      real(wp), allocatable :: rock_stiffness(:), rock_damping(:)
+   end type nodes_t
 
    type, public :: model_t
       type(deck_t) :: deck
@@ -53,10 +55,7 @@ module model_m
       !> Nodes that contact can push: all of the triangles with a node on a surface
       integer, allocatable :: touching(:)
       type(loads_t) :: loads
-      !> True nodal mass (nodes) [kg per m] and weight (2, nodes) [N per m]
-      real(wp), allocatable :: mass(:), weight(:, :)
-      !> Row sums of stiffness and damping of the rock (nodes) [N/m, N s/m per m]
-      real(wp), allocatable :: rock_stiffness(:), rock_damping(:)
+      type(nodes_t) :: nodes
       !> Cundall's local damping (0: none)
       real(wp) :: local_damping = 0.0_wp
       !> What the scene needs
@@ -67,96 +66,35 @@ module model_m
       !> Are edges still to be cut where the stress asks for it? Steps between two looks at cracks
       logical :: is_adaptive = .false.
       integer :: check_every = 1
-      !> Number of the stage
-      integer :: stage = 0
+      !> Number of the stage; how many times rock has broken and changed the model
+      integer :: stage = 0, recuts = 0
    contains
       procedure :: until_balanced
       procedure :: longest_rest
       procedure :: rest_tolerance
    end type model_t
 
-   public :: build_model, begin_stage, build_nodes, build_walls, build_contact, start_contact, first_friction, &
-             material_of
+   public :: begin_stage, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, start_contact, &
+             first_friction, material_of
 
 contains
 
-   !> Split the mesh, scan the topology and set up rock, joints, walls and the state at rest.
-   subroutine build_model(deck, mesh, log, model, state, errors)
-      type(deck_t), intent(in) :: deck
-      type(mesh_t), intent(in) :: mesh
-      type(log_t), intent(in) :: log
-      type(model_t), intent(out) :: model
-      type(state_t), intent(out) :: state
-      type(error_list_t), intent(inout) :: errors
-      logical, allocatable :: fracture(:)
-      integer :: i
-
-      model%deck = deck
-      allocate (fracture(size(mesh%group)), source=.false.)
-      do i = 1, size(deck%joint)
-         fracture(find_group(mesh%group, deck%joint(i)%group, 1)) = .true.
-      end do
-      model%whole = mesh
-      call fracture_cuts(mesh, fracture, model%edges, model%cut, errors)
-      if (errors%any()) return
-      call split_edges(mesh, model%edges, model%cut, model%split)
-      call scan_topology(model%split, model%topology)
-      call choose_solver(deck, model%split, model%solver, model%solver_reason)
-      ! The deck written beside the results names it
-      model%deck%run%solver = solver_name(model%solver)
-      call build_rock(model)
-      call build_nodes(model)
-      call build_joints(model, log)
-      call build_contact(model)
-      call init_loads(model%split, deck%boundary, model%loads, every_time=.not. deck%plan%skip_loads)
-      call init_state(model%mass, size(model%split%joint, 2), model%has_damping, state)
-      call start_contact(model, state)
-      call start_moving(model, state)
-   end subroutine build_model
-
-   !> Triangles.
-   subroutine build_rock(model)
-      type(model_t), intent(inout) :: model
-      real(wp), allocatable :: density(:), young(:), poisson(:)
-      integer :: triangles, e, m
-
-      triangles = size(model%split%triangle, 2)
-      allocate (density(triangles), young(triangles), poisson(triangles))
-      do e = 1, triangles
-         m = material_of(model, e)
-         density(e) = model%deck%material(m)%density
-         young(e) = model%deck%material(m)%young
-         poisson(e) = model%deck%material(m)%poisson
-      end do
-      call init_solid(model%split%x, model%split%triangle, density, young, poisson, model%solid)
-      associate (settings => model%deck%explicit)
-         ! Damping belongs to motion
-         if (model%solver /= solver_explicit) return
-         if (.not. model%deck%plan%skip_viscosity) call set_viscosity(model%solid, 0.0_wp)
-         if (settings%damping == 'viscous') call set_viscosity(model%solid, settings%damping_factor)
-         if (settings%damping == 'local') model%local_damping = settings%damping_factor
-      end associate
-   end subroutine build_rock
-
    !> What belongs to the nodes of the split mesh: masses, weights, bounds for the stable step.
-   subroutine build_nodes(model)
-      type(model_t), intent(inout) :: model
-      integer :: nodes, gravity_axis
+   function nodes_of(model) result(nodes)
+      type(model_t), intent(in) :: model
+      type(nodes_t) :: nodes
+      integer :: n, gravity_axis
 
-      nodes = size(model%split%x, 2)
-      model%solid%node = model%split%triangle
-      if (allocated(model%mass)) deallocate (model%mass, model%weight, model%rock_stiffness, model%rock_damping)
-      allocate (model%mass(nodes), model%weight(2, nodes))
-      call lumped_mass(model%solid, model%mass)
+      n = size(model%split%x, 2)
+      allocate (nodes%mass(n), nodes%weight(2, n))
+      allocate (nodes%rock_stiffness(n), nodes%rock_damping(n), source=0.0_wp)
+      call lumped_mass(model%solid, nodes%mass)
       do gravity_axis = 1, 2
-         model%weight(gravity_axis, :) = model%mass*merge(model%deck%gravity%gx, model%deck%gravity%gy, gravity_axis == 1)
+         nodes%weight(gravity_axis, :) = nodes%mass*merge(model%deck%gravity%gx, model%deck%gravity%gy, gravity_axis == 1)
       end do
-      allocate (model%rock_stiffness(nodes), model%rock_damping(nodes), source=0.0_wp)
-      call solid_stiffness_bound(model%solid, model%rock_stiffness)
-      model%has_damping = model%solver == solver_explicit .and. &
-                          (model%deck%explicit%damping == 'viscous' .or. .not. model%deck%plan%skip_viscosity)
-      if (model%has_damping) call solid_damping_bound(model%solid, model%rock_damping)
-   end subroutine build_nodes
+      call solid_stiffness_bound(model%solid, nodes%rock_stiffness)
+      if (model%has_damping) call solid_damping_bound(model%solid, nodes%rock_damping)
+   end function nodes_of
 
    !> Index of the deck's material of a triangle.
    pure integer function material_of(model, e) result(material)
@@ -171,69 +109,41 @@ contains
       end do
    end function material_of
 
-   !> Laws at the scale of the block edges, coupling options, wall contact.
-   subroutine build_joints(model, log)
-      type(model_t), intent(inout) :: model
-      type(log_t), intent(in) :: log
-      real(wp), allocatable :: mean_length(:)
-      integer :: j, g
-
-      call init_joints(model%split, model%joints)
-      allocate (mean_length(size(model%deck%joint)))
-      do g = 1, size(model%deck%joint)
-         mean_length(g) = mean_edge_length(model, g)
-      end do
-      do j = 1, size(model%split%joint, 2)
-         g = deck_joint(model, j)
-         model%joints%group(j) = g
-         associate (settings => model%deck%joint(g), edge => model%topology%edge_of_joint(j))
-            call scaled_law(settings%law, settings%settings, model%topology%edge_length(edge), mean_length(g), &
-                            model%joints%law(j)%raw)
-            model%joints%coupled(j) = settings%coupling == 'coupled'
-            model%joints%velocity_friction(j) = settings%friction == 'velocity'
-            model%joints%stress_from_walls(j) = settings%normal_stress == 'walls'
-            model%joints%literal_aperture(j) = settings%aperture == 'eq31'
-            model%joints%wall_handled(j) = settings%contact == 'wall'
-            if (settings%normal == 'penalty') model%joints%penalty(j) = penalty_stiffness(model, settings, j)
-         end associate
-         call model%joints%law(j)%raw%lend(model%joints%penalty(j))
-      end do
-      call warn_of_guards(model, log)
-      call warn_of_closed(model, log)
-      call build_walls(model)
-   end subroutine build_joints
-
-   !> Contact of all walls that no bond holds, and of the corners between them. Walls of cracks whose law closes may overlap by
-   !> all of their closure before contact lets go of them.
-   subroutine build_walls(model)
-      type(model_t), intent(inout) :: model
+   !> Contact of all walls that no bond holds. Walls of cracks whose law closes may overlap by all of their closure before contact
+   !> lets go of them.
+   function walls_of(model) result(walls)
+      type(model_t), intent(in) :: model
+      type(wall_contact_t) :: walls
       integer :: w
 
-      call init_wall_contact(model%split, model%joints%wall_handled, model%walls, model%joints%bonded)
-      ! Those of fractures: where cracks meet, fragments find each other by the general contact
-      call init_corners(model%split, walls_touching(model%joints%wall_handled, model%joints%bonded) .and. &
-                        model%split%joint_group > 0, model%solid%young, model%deck%contact%corner_factor, model%corners)
-      do w = 1, size(model%walls%joint)
-         associate (j => model%walls%joint(w))
+      call init_wall_contact(model%split, model%joints%wall_handled, walls, model%joints%bonded)
+      do w = 1, size(walls%joint)
+         associate (j => walls%joint(w))
             if (model%split%joint_group(j) > 0 .or. model%joints%law(j)%raw%own_closure() <= 0.0_wp) cycle
-            model%walls%deepest(w) = model%walls%deepest(w) + &
-                                     model%joints%law(j)%raw%own_closure()*millimetre/(lets_go*model%joints%length(j))
+            walls%deepest(w) = walls%deepest(w) + &
+                               model%joints%law(j)%raw%own_closure()*millimetre/(lets_go*model%joints%length(j))
          end associate
       end do
-   end subroutine build_walls
+   end function walls_of
 
-   !> Contact between surfaces that no wall contact looks after.
-   subroutine build_contact(model)
-      type(model_t), intent(inout) :: model
+   !> Corners between the walls of fractures: where cracks meet, fragments find each other by the general contact.
+   function corners_of(model) result(corners)
+      type(model_t), intent(in) :: model
+      type(corners_t) :: corners
+
+      call init_corners(model%split, walls_touching(model%joints%wall_handled, model%joints%bonded) .and. &
+                        model%split%joint_group > 0, model%solid%young, model%deck%contact%corner_factor, corners)
+   end function corners_of
+
+   !> Contact between surfaces that no wall contact looks after, from walls and exposed surfaces.
+   function contact_of(model) result(contact)
+      type(model_t), intent(in) :: model
+      type(contact_t) :: contact
       type(contact_options_t) :: options
       real(wp), allocatable :: penalty(:)
       integer, allocatable :: walked(:)
       integer :: e
 
-      call expose(model)
-      call find_touching(model)
-      model%has_walls = size(model%walls%joint) > 0
-      model%has_potential_joints = .not. all(model%joints%wall_handled)
       associate (settings => model%deck%contact)
          if (.not. settings%active) return
          options%skin_factor = settings%skin_factor
@@ -246,10 +156,9 @@ contains
             penalty(e) = model%deck%material(material_of(model, e))%penalty_factor*model%solid%young(e)
          end do
          walked = surfaces_walked(model%walls, model%split)
-         call model%contact%init(model%exposed, penalty, walked(model%exposed_edge), options, held_together(model))
-         model%has_contact = model%contact%possible
+         call contact%init(model%exposed, penalty, walked(model%exposed_edge), options, held_together(model))
       end associate
-   end subroutine build_contact
+   end function contact_of
 
    !> Friction coefficient of the surfaces in the general contact before any motion (surface edges).
    function first_friction(model) result(friction)
@@ -276,26 +185,33 @@ contains
       state%surface_friction = first_friction(model)
    end subroutine start_contact
 
-   !> Leave out the surface edges that a bond holds.
-   subroutine expose(model)
-      type(model_t), intent(inout) :: model
-      logical, allocatable :: keep(:)
+   !> Surface edges that no bond holds.
+   function exposed_edges(model) result(edge)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: edge(:)
+      logical :: keep(size(model%split%surface_joint))
       integer :: e
 
-      model%exposed = model%split
-      keep = [(model%split%surface_joint(e) == 0, e=1, size(model%split%surface_joint))]
+      keep = model%split%surface_joint == 0
       do e = 1, size(keep)
          if (.not. keep(e)) keep(e) = .not. model%joints%bonded(model%split%surface_joint(e))
       end do
-      model%exposed_edge = pack([(e, e=1, size(keep))], keep)
-      associate (exposed => model%exposed, edge => model%exposed_edge)
-         exposed%surface = model%split%surface(:, edge)
-         exposed%surface_triangle = model%split%surface_triangle(edge)
-         exposed%surface_joint = model%split%surface_joint(edge)
-         exposed%surface_side = model%split%surface_side(edge)
-         exposed%surface_group = model%split%surface_group(edge)
-      end associate
-   end subroutine expose
+      edge = pack([(e, e=1, size(keep))], keep)
+   end function exposed_edges
+
+   !> The mesh with those surface edges only.
+   function exposed_mesh(split, edge) result(exposed)
+      type(split_mesh_t), intent(in) :: split
+      integer, intent(in) :: edge(:)
+      type(split_mesh_t) :: exposed
+
+      exposed = split
+      exposed%surface = split%surface(:, edge)
+      exposed%surface_triangle = split%surface_triangle(edge)
+      exposed%surface_joint = split%surface_joint(edge)
+      exposed%surface_side = split%surface_side(edge)
+      exposed%surface_group = split%surface_group(edge)
+   end function exposed_mesh
 
    !> A number that is the same for nodes which bonds hold together or once held together: triangles that share one never
    !> meet in the general contact (nodes).
@@ -316,8 +232,9 @@ contains
    end function held_together
 
    !> Nodes of the triangles with a node on a surface.
-   subroutine find_touching(model)
-      type(model_t), intent(inout) :: model
+   function touching_nodes(model) result(touching)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: touching(:)
       logical, allocatable :: on_surface(:), touches(:)
       integer :: e, n
 
@@ -329,113 +246,8 @@ contains
       do e = 1, size(model%split%triangle, 2)
          if (any(on_surface(model%split%triangle(:, e)))) touches(model%split%triangle(:, e)) = .true.
       end do
-      model%touching = pack([(n, n=1, size(touches))], touches)
-   end subroutine find_touching
-
-   !> Index of the deck's &joint group of a joint element.
-   pure integer function deck_joint(model, j) result(group)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: j
-      integer :: g
-
-      group = 0
-      do g = 1, size(model%deck%joint)
-         if (model%deck%joint(g)%group == model%split%group(model%split%joint_group(j))%name) group = g
-      end do
-   end function deck_joint
-
-   !> Mean length of the block edges of a &joint group [m].
-   pure real(wp) function mean_edge_length(model, g) result(mean)
-      type(model_t), intent(in) :: model
-      !> Index of the deck's &joint group
-      integer, intent(in) :: g
-      integer :: e, edges
-
-      mean = 0.0_wp
-      edges = 0
-      do e = 1, size(model%topology%edge_group)
-         if (model%split%group(model%topology%edge_group(e))%name /= model%deck%joint(g)%group) cycle
-         mean = mean + model%topology%edge_length(e)
-         edges = edges + 1
-      end do
-      if (edges > 0) mean = mean/real(edges, wp)
-   end function mean_edge_length
-
-   !> Penalty stiffness of a joint's walls, p over the size of the triangles behind them [MPa/mm].
-   pure real(wp) function penalty_stiffness(model, settings, j) result(stiffness)
-      type(model_t), intent(in) :: model
-      type(joint_t), intent(in) :: settings
-      integer, intent(in) :: j
-      real(wp) :: penalty, height
-
-      associate (triangle => model%split%joint_triangle(:, j))
-         penalty = settings%penalty
-         if (.not. is_set(penalty)) penalty = &
-            maxval(model%deck%material([material_of(model, triangle(1)), material_of(model, triangle(2))])%penalty_factor* &
-                   model%solid%young(triangle))
-         height = minval(model%solid%height(triangle))
-      end associate
-      stiffness = penalty/height/megapascal_per_millimetre
-   end function penalty_stiffness
-
-   !> Say once, group by group, where a law had to be kept within its bounds.
-   subroutine warn_of_guards(model, log)
-      type(model_t), intent(in) :: model
-      type(log_t), intent(in) :: log
-      type(guard_t), allocatable :: guards(:)
-      integer, allocatable :: acted(:)
-      integer :: g, j, members
-
-      do g = 1, size(model%deck%joint)
-         members = 0
-         do j = 1, size(model%joints%group)
-            if (model%joints%group(j) /= g) cycle
-            guards = model%joints%law(j)%raw%guards()
-            if (members == 0) acted = 0*[(j, j=1, size(guards))]
-            members = members + 1
-            acted = acted + merge(1, 0, guards%acted)
-         end do
-         if (members == 0) cycle
-         do j = 1, size(guards)
-            if (acted(j) > 0) call log%warn(to_text(acted(j))//' of '//to_text(members)//' joint elements of '// &
-                                            quoted(model%deck%joint(g)%group)//' '//trim(guards(j)%text))
-         end do
-      end do
-   end subroutine warn_of_guards
-
-   !> A joint element both of whose ends are tips has no node of its own: it can neither open nor slide.
-   subroutine warn_of_closed(model, log)
-      type(model_t), intent(in) :: model
-      type(log_t), intent(in) :: log
-      logical :: closed(size(model%joints%group))
-      integer :: g, j
-
-      closed = [(is_closed(model%split%joint(:, j)), j=1, size(closed))]
-      do g = 1, size(model%deck%joint)
-         if (count(closed .and. model%joints%group == g) == 0) cycle
-         j = findloc(closed .and. model%joints%group == g, .true., dim=1)
-         call log%warn(to_text(count(closed .and. model%joints%group == g))//' joint elements of '// &
-                       quoted(model%deck%joint(g)%group)//' are fractures of one element with both tips in the rock, as at '// &
-                       place_text(model%split%x(:, model%split%joint(1, j)), model%split%datum)//': they cannot open '// &
-                       'or slide; a finer mesh can')
-      end do
-   end subroutine warn_of_closed
-
-   !> Initial velocities.
-   subroutine start_moving(model, state)
-      type(model_t), intent(in) :: model
-      type(state_t), intent(inout) :: state
-      logical, allocatable :: member(:)
-      integer :: i
-
-      do i = 1, size(model%deck%initial)
-         member = group_nodes(model%split, model%deck%initial(i)%group, surface_first)
-         associate (initial => model%deck%initial(i))
-            if (is_set(initial%vx)) where (member) state%v(1, :) = initial%vx
-            if (is_set(initial%vy)) where (member) state%v(2, :) = initial%vy
-         end associate
-      end do
-   end subroutine start_moving
+      touching = pack([(n, n=1, size(touches))], touches)
+   end function touching_nodes
 
    !> Compile the boundary conditions of a stage.
    subroutine begin_stage(model, stage, state)
@@ -445,10 +257,10 @@ contains
       type(state_t), intent(inout) :: state
 
       model%stage = stage
-      call start_stage(model%split, model%deck%boundary, model%deck%stage%name, stage, model%weight, model%loads)
+      call start_stage(model%split, model%deck%boundary, model%deck%stage%name, stage, model%nodes%weight, model%loads)
       call add_pore_pressure(model%split, model%deck%pore_pressure, model%deck%stage%name, stage, filled(model, state), model%loads)
       ! Weight that is not ramped is there from the very start
-      if (stage == 1 .and. .not. model%deck%gravity%ramped) model%loads%dead_start = model%weight
+      if (stage == 1 .and. .not. model%deck%gravity%ramped) model%loads%dead_start = model%nodes%weight
       state%load_level = unset
    end subroutine begin_stage
 

@@ -375,7 +375,7 @@ contains
       type(sparse_system_t), intent(inout) :: system
       real(wp) :: drag(system%unknowns)
 
-      call gather(system, increment%drag*spread(model%rock_stiffness, 1, 2), drag)
+      call gather(system, increment%drag*spread(model%nodes%rock_stiffness, 1, 2), drag)
       where (system%row == system%column) system%value = system%value + drag(system%row)
    end subroutine assemble_drag
 
@@ -435,7 +435,7 @@ contains
       end if
       call forces_from_start(model, increment, increment%level, state, searched)
       if (increment%drag > 0.0_wp) then
-         where (.not. model%loads%fixed) state%solid = state%solid - increment%drag*spread(model%rock_stiffness, 1, 2)* &
+         where (.not. model%loads%fixed) state%solid = state%solid - increment%drag*spread(model%nodes%rock_stiffness, 1, 2)* &
                                                        (state%u - increment%start%u)
       end if
    end subroutine evaluate

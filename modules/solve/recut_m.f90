@@ -1,57 +1,304 @@
-!> Cutting more edges of a scene's mesh while it runs. The mesh is split anew along all cuts, which costs as much as a few
-!> steps; what the nodes carried goes with their parents, and joint elements and surface edges keep their numbers.
+!> What breaking rock changes in the model, in one place: edges of the mesh are cut, walls of bonds that have parted become a
+!> matter of contact, fluid gets into cracks. The mesh is split anew along all cuts, which costs as much as a few steps; what the
+!> nodes carried goes with their parents, and joint elements and surface edges keep their numbers.
 module recut_m
    use kinds_m, only: wp
    use constants_m, only: megapascal_per_millimetre, radians
    use mesh_m, only: split_mesh_t
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
-   use bonds_m, only: add_bonds
+   use bonds_m, only: add_bonds, start_bond, restore_bonds, is_closed
    use coulomb_law_m, only: coulomb_law_t
    use joint_law_m, only: joint_law_t
    use law_list_m, only: scaled_law
    use joint_point_m, only: joint_point_t
    use joints_m, only: joints_t, init_joints, add_joints
-   use wall_contact_m, only: init_meeting
+   use wall_contact_m, only: wall_contact_t, wall_meeting_t, init_meeting
    use corners_m, only: corners_t, corner_choices_t, keep_choices
    use contact_m, only: contact_t, contact_state_t
+   use solid_m, only: solid_stress
    use loads_m, only: init_loads
-   use model_m, only: model_t, build_nodes, build_walls, build_contact, start_contact, &
-                      first_friction, begin_stage
+   use forces_m, only: find_forces, total_force
+   use release_m, only: hold_back, restart_release
+   use cracks_m, only: breaks_t, describe_bond, stress_across
+   use model_m, only: model_t, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
+                      start_contact, first_friction, begin_stage
+   use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
    implicit none
    private
 
-   public :: recut, renew_contact, renew_loads, restore_contact, rock_law
+   public :: recut
 
 contains
 
-   !> Cut edges of the mesh: each becomes a bond without stress.
-   subroutine recut(model, state, edge, parent)
+   !> Bring the model up to what has broken, and the state onto it. Where rock breaks in motion the cut changes no acceleration:
+   !> what the new bonds do not carry is held back and let go of smoothly. At rest equilibrium is to be found anew.
+   subroutine recut(model, breaks, level, state)
       type(model_t), intent(inout) :: model
+      type(breaks_t), intent(in) :: breaks
+      !> Loads: 0 at the start of the stage, 1 at its end
+      real(wp), intent(in) :: level
       type(state_t), intent(inout) :: state
-      !> Edges of the mesh as read, interior and not cut yet
-      integer, intent(in) :: edge(:)
-      !> Node that each node was before (nodes)
-      integer, allocatable, intent(out) :: parent(:)
-      type(split_mesh_t) :: before
-      !> Scaled over true mass (nodes before)
-      real(wp) :: added(size(state%mass))
+      integer, allocatable :: parent(:)
+      real(wp), allocatable :: acceleration(:, :)
+      logical :: moving, searched
+      integer :: n
 
-      before = model%split
-      call add_cuts(model%edges, edge, model%cut)
-      call split_edges(model%whole, model%edges, model%cut, model%split)
-      parent = node_parents(before, model%split)
-      added = state%mass/max(model%mass, tiny(1.0_wp))
-      call build_nodes(model)
-      call follow_parents(parent, state)
-      ! What mass scaling has added stays, shared out like the rock: no momentum and no kinetic energy comes or goes
-      state%mass = added(parent)*model%mass
-      call join_joints(model, state)
-      call join_bonds(model, edge, state)
-      call renew_loads(model, state)
-      call renew_contact(model, parent, state)
+      model%recuts = model%recuts + 1
+      if (breaks%at_start) then
+         if (size(breaks%edge) > 0) call cut(parent)
+         call start_walls()
+         return
+      end if
+      if (size(breaks%parted) > 0) then
+         do n = 1, size(breaks%parted)
+            call hand_over(model, breaks%parted(n), state)
+         end do
+         model%joints%bonded(model%bonds%fractures + breaks%parted) = .false.
+         call renew_walls([(n, n=1, size(state%mass))])
+      end if
+      if (breaks%filled) call renew_loads()
+      if (size(breaks%edge) == 0) return
+      moving = model%solver == solver_explicit
+      if (moving) then
+         call find_forces(model, level, state, searched)
+         acceleration = total_force(state)/spread(state%mass, 1, 2)
+      end if
+      call cut_under_stress(moving, parent)
+      if (.not. moving) return
+      call restart_release(model%solid, parent, state)
+      call find_forces(model, level, state, searched)
+      call hold_back(parent, acceleration, total_force(state), state)
+
+   contains
+
+      !> Cut the edges: new nodes, joint elements and bonds, loads at the new nodes.
+      subroutine cut(parent)
+         !> Node that each node was before (nodes)
+         integer, allocatable, intent(out) :: parent(:)
+         type(split_mesh_t) :: before
+         !> Scaled over true mass (nodes before)
+         real(wp) :: added(size(state%mass))
+
+         before = model%split
+         call add_cuts(model%edges, breaks%edge, model%cut)
+         call split_edges(model%whole, model%edges, model%cut, model%split)
+         parent = node_parents(before, model%split)
+         added = state%mass/max(model%nodes%mass, tiny(1.0_wp))
+         model%solid%node = model%split%triangle
+         model%nodes = nodes_of(model)
+         call follow_parents(parent, state)
+         ! What mass scaling has added stays, shared out like the rock: no momentum and no kinetic energy comes or goes
+         state%mass = added(parent)*model%nodes%mass
+         model%joints = with_bonds(model%split, model%joints)
+         call join_joints(size(breaks%edge), model%topology%edge_of_joint, state)
+         call join_bonds()
+         model%breakable(breaks%edge) = 0
+         model%is_adaptive = any(model%breakable > 0)
+         call renew_loads()
+      end subroutine cut
+
+      !> Bonds of the new cuts, without stress; the law of each crack for the time when its bond has parted.
+      subroutine join_bonds()
+         type(cohesive_t) :: law(size(breaks%edge))
+         class(joint_law_t), allocatable :: of_crack
+         integer :: setting(size(breaks%edge)), i, first
+
+         first = size(model%split%joint, 2) - size(breaks%edge)
+         do i = 1, size(breaks%edge)
+            setting(i) = model%breakable(breaks%edge(i))
+            law(i) = rock_law(model, first + i, setting(i))
+         end do
+         call add_bonds(model%bonds, state%bonds, model%joints%length(first + 1:), law, setting)
+         model%bonds%node = model%split%joint(:, model%bonds%fractures + 1:)
+         do i = 1, size(breaks%edge)
+            associate (j => first + i)
+               call crack_law(model, setting(i), law(i), of_crack)
+               call move_alloc(of_crack, model%joints%law(j)%raw)
+               ! Laws without a closure of their own press with the stiffness of the bond
+               if (model%joints%law(j)%raw%own_closure() <= 0.0_wp) &
+                  model%joints%penalty(j) = law(i)%stiffness/megapascal_per_millimetre
+               call model%joints%law(j)%raw%lend(model%joints%penalty(j))
+            end associate
+         end do
+      end subroutine join_bonds
+
+      !> Cut edges and let their bonds start at the stress of the rock. So do bonds that could not open until now: what they
+      !> were put in with is no longer true.
+      subroutine cut_under_stress(no_jump, parent)
+         !> Are bonds made as strong as the stress they start at, so that no force jumps?
+         logical, intent(in) :: no_jump
+         integer, allocatable, intent(out) :: parent(:)
+         logical, allocatable :: fresh(:)
+         real(wp) :: normal, shear
+         integer :: b, e, before
+
+         before = size(state%bonds%active)
+         allocate (fresh(before + size(breaks%edge)), source=.true.)
+         do b = 1, before
+            fresh(b) = is_closed(model%bonds%node(:, b))
+         end do
+         call cut(parent)
+         call renew_walls(parent)
+         do b = 1, size(fresh)
+            if (.not. fresh(b)) cycle
+            e = model%cut%edge(model%bonds%fractures + b)
+            associate (beside => model%edges%triangle(:, e))
+               call stress_across(model, state, e, 0.5_wp*(solid_stress(model%solid, beside(1), state%u) + &
+                                                           solid_stress(model%solid, beside(2), state%u)), normal, shear)
+            end associate
+            call start_bond(model%bonds, state%bonds, b, rock_law(model, model%bonds%fractures + b, model%bonds%setting(b)), &
+                            normal, shear, no_jump)
+         end do
+      end subroutine cut_under_stress
+
+      !> Loads and prescribed motion at the nodes of the new mesh, in the stage that is on; also when fluid gets into cracks.
+      subroutine renew_loads()
+         integer :: stage
+
+         stage = model%stage
+         call init_loads(model%split, model%deck%boundary, model%loads, every_time=.not. model%deck%plan%skip_loads)
+         if (stage > 1) call begin_stage(model, stage - 1, state)
+         if (stage > 0) call begin_stage(model, stage, state)
+      end subroutine renew_loads
+
+      !> Walls, corners and general contact of all that no bond holds.
+      subroutine find_walls()
+
+         model%walls = walls_of(model)
+         model%corners = corners_of(model)
+         model%exposed_edge = exposed_edges(model)
+         model%exposed = exposed_mesh(model%split, model%exposed_edge)
+         model%touching = touching_nodes(model)
+         model%contact = contact_of(model)
+         model%has_walls = size(model%walls%joint) > 0
+         model%has_potential_joints = .not. all(model%joints%wall_handled)
+         model%has_contact = model%contact%possible
+      end subroutine find_walls
+
+      !> Walls and surfaces that have not felt anything yet; bonds as a checkpoint has them.
+      subroutine start_walls()
+
+         if (model%can_break) state%release = 0.0_wp*state%u
+         if (allocated(breaks%bond)) then
+            call restore_bonds(breaks%bond, model%bonds, state%bonds)
+            model%joints%bonded(model%bonds%fractures + 1:) = state%bonds%active
+         end if
+         call find_walls()
+         call start_contact(model, state)
+      end subroutine start_walls
+
+      !> Walls and general contact after cuts, or after bonds have parted; they go on as they were.
+      subroutine renew_walls(parent)
+         !> Node that each node was before (nodes)
+         integer, intent(in) :: parent(:)
+         type(wall_contact_t) :: walls
+         type(wall_meeting_t) :: meeting
+         type(corners_t) :: corners
+         type(corner_choices_t) :: choices
+         type(contact_t) :: contact
+         type(contact_state_t) :: touching
+         integer, allocatable :: edge(:)
+         logical :: had_contact
+
+         walls = model%walls
+         meeting = state%walls
+         corners = model%corners
+         choices = state%corners
+         had_contact = model%has_contact
+         if (had_contact) contact = model%contact
+         if (had_contact) touching = state%contact
+         edge = model%exposed_edge
+         call find_walls()
+         call init_meeting(model%walls, state%walls)
+         call keep_meeting(walls, meeting, model%walls, state%walls)
+         call keep_choices(corners, choices, parent, model%corners, state%corners)
+         state%surface_friction = first_friction(model)
+         if (had_contact) then
+            call model%contact%carry_on(contact, touching, edge, model%exposed_edge, parent, model%exposed, state%u, &
+                                        state%contact)
+         else if (model%has_contact) then
+            call model%contact%start(state%contact)
+         end if
+      end subroutine renew_walls
+
    end subroutine recut
+
+   !> A bond has parted: its walls go to the contact with the stresses they have.
+   subroutine hand_over(model, b, state)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b
+      type(state_t), intent(inout) :: state
+
+      associate (j => model%bonds%fractures + b)
+         call describe_bond(model, state, b)
+         state%bonds%active(b) = .false.
+         state%tractions%contact_stress(j) = state%joint(j)%sn
+         state%joint(j)%u_max = abs(state%joint(j)%u)
+      end associate
+   end subroutine hand_over
+
+   !> Walls that were in contact before face each other where they did: surface edges keep their numbers.
+   pure subroutine keep_meeting(old_walls, old, walls, meeting)
+      type(wall_contact_t), intent(in) :: old_walls, walls
+      type(wall_meeting_t), intent(in) :: old
+      type(wall_meeting_t), intent(inout) :: meeting
+      integer :: was(max(maxval([0, walls%joint]), maxval([0, old_walls%joint]))), w
+
+      was = 0
+      do w = 1, size(old_walls%joint), 2
+         was(old_walls%joint(w)) = w
+      end do
+      do w = 1, size(walls%joint), 2
+         associate (before => was(walls%joint(w)))
+            if (before == 0) cycle
+            if (any(old%facing(before:before + 1) == 0)) cycle
+            meeting%facing(w:w + 1) = old%facing(before:before + 1)
+            meeting%reached(w:w + 1) = old%reached(before:before + 1)
+         end associate
+      end do
+   end subroutine keep_meeting
+
+   !> Joint elements with bonds in the new cuts at their end, and the new nodes of the old ones.
+   function with_bonds(split, old) result(joints)
+      type(split_mesh_t), intent(in) :: split
+      type(joints_t), intent(in) :: old
+      type(joints_t) :: joints
+      integer :: n
+
+      n = size(old%group)
+      call init_joints(split, joints)
+      joints%group(:n) = old%group
+      joints%law(:n) = old%law
+      joints%penalty(:n) = old%penalty
+      joints%coupled(:n) = old%coupled
+      joints%velocity_friction(:n) = old%velocity_friction
+      joints%stress_from_walls(:n) = old%stress_from_walls
+      joints%literal_aperture(:n) = old%literal_aperture
+      joints%wall_handled(:n) = old%wall_handled
+      joints%bonded(:n) = old%bonded
+      joints%bonded(n + 1:) = .true.
+   end function with_bonds
+
+   !> What the joint elements of new cuts remember: rest.
+   subroutine join_joints(cuts, edge_of_joint, state)
+      integer, intent(in) :: cuts
+      !> Block edge of each joint element (joints); 0: of none
+      integer, allocatable, intent(inout) :: edge_of_joint(:)
+      type(state_t), intent(inout) :: state
+      type(joint_point_t), allocatable :: point(:)
+      integer :: n, j
+
+      n = size(state%joint)
+      allocate (point(n + cuts))
+      point(:n) = state%joint
+      call move_alloc(point, state%joint)
+      edge_of_joint = [edge_of_joint, [(0, j=1, cuts)]]
+      state%opening = [state%opening, [(0.0_wp, j=1, cuts)]]
+      state%aperture = [state%aperture, [(0.0_wp, j=1, cuts)]]
+      call add_joints(size(state%joint), state%tractions)
+   end subroutine join_joints
 
    !> What the nodes carry goes to all their copies.
    pure subroutine follow_parents(parent, state)
@@ -67,64 +314,6 @@ contains
       state%friction = 0.0_wp*state%friction(:, parent)
       if (size(state%damping, 2) > 0) state%damping = 0.0_wp*state%damping(:, parent)
    end subroutine follow_parents
-
-   !> Joint elements of the new cuts, at rest, and the new nodes of the old ones.
-   subroutine join_joints(model, state)
-      type(model_t), intent(inout) :: model
-      type(state_t), intent(inout) :: state
-      type(joints_t) :: old
-      type(joint_point_t), allocatable :: point(:)
-      integer :: n, j
-
-      old = model%joints
-      n = size(old%group)
-      call init_joints(model%split, model%joints)
-      associate (joints => model%joints)
-         joints%group(:n) = old%group
-         joints%law(:n) = old%law
-         joints%penalty(:n) = old%penalty
-         joints%coupled(:n) = old%coupled
-         joints%velocity_friction(:n) = old%velocity_friction
-         joints%stress_from_walls(:n) = old%stress_from_walls
-         joints%literal_aperture(:n) = old%literal_aperture
-         joints%wall_handled(:n) = old%wall_handled
-         joints%bonded(:n) = old%bonded
-         joints%bonded(n + 1:) = .true.
-         allocate (point(size(joints%group)))
-         model%topology%edge_of_joint = [model%topology%edge_of_joint, [(0, j=n + 1, size(joints%group))]]
-         state%opening = [state%opening, [(0.0_wp, j=n + 1, size(joints%group))]]
-         state%aperture = [state%aperture, [(0.0_wp, j=n + 1, size(joints%group))]]
-      end associate
-      point(:n) = state%joint
-      call move_alloc(point, state%joint)
-      call add_joints(size(state%joint), state%tractions)
-   end subroutine join_joints
-
-   !> Bonds of the new cuts; the law of each crack for the time when its bond has parted.
-   subroutine join_bonds(model, edge, state)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: edge(:)
-      type(state_t), intent(inout) :: state
-      type(cohesive_t) :: law(size(edge))
-      integer :: setting(size(edge)), i, first, j
-
-      first = size(model%split%joint, 2) - size(edge)
-      do i = 1, size(edge)
-         setting(i) = model%breakable(edge(i))
-         law(i) = rock_law(model, first + i, setting(i))
-      end do
-      call add_bonds(model%bonds, state%bonds, model%joints%length(first + 1:), law, setting)
-      model%bonds%node = model%split%joint(:, model%bonds%fractures + 1:)
-      do i = 1, size(edge)
-         j = first + i
-         call crack_law(model, setting(i), law(i), model%joints%law(j)%raw)
-         associate (of_crack => model%joints%law(j)%raw)
-            ! Laws without a closure of their own press with the stiffness of the bond
-            if (of_crack%own_closure() <= 0.0_wp) model%joints%penalty(j) = law(i)%stiffness/megapascal_per_millimetre
-            call of_crack%lend(model%joints%penalty(j))
-         end associate
-      end do
-   end subroutine join_bonds
 
    !> Cohesive law of an edge.
    pure type(cohesive_t) function rock_law(model, joint, setting) result(law)
@@ -164,73 +353,5 @@ contains
                              kn=bond%stiffness/megapascal_per_millimetre, ks=bond%stiffness/megapascal_per_millimetre, a0=0.0_wp)
       end associate
    end subroutine crack_law
-
-   !> Loads and prescribed motion at the nodes of the new mesh, in the stage that is on; also when fluid gets into cracks.
-   subroutine renew_loads(model, state)
-      type(model_t), intent(inout) :: model
-      type(state_t), intent(inout) :: state
-      integer :: stage
-
-      stage = model%stage
-      call init_loads(model%split, model%deck%boundary, model%loads, every_time=.not. model%deck%plan%skip_loads)
-      if (stage > 1) call begin_stage(model, stage - 1, state)
-      if (stage > 0) call begin_stage(model, stage, state)
-   end subroutine renew_loads
-
-   !> Wall contact and general contact after cuts, or after bonds have parted; they go on as they were.
-   subroutine renew_contact(model, parent, state)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: parent(:)
-      type(state_t), intent(inout) :: state
-      type(corners_t) :: corners
-      type(corner_choices_t) :: choices
-      type(contact_t) :: contact
-      type(contact_state_t) :: touching
-      integer, allocatable :: edge(:), facing(:, :)
-      real(wp), allocatable :: reached(:, :)
-      integer :: w
-      logical :: had_contact
-
-      corners = model%corners
-      choices = state%corners
-      allocate (facing(2, size(model%joints%group)), source=0)
-      allocate (reached(2, size(model%joints%group)), source=0.0_wp)
-      do w = 1, size(model%walls%joint), 2
-         facing(:, model%walls%joint(w)) = state%walls%facing(w:w + 1)
-         reached(:, model%walls%joint(w)) = state%walls%reached(w:w + 1)
-      end do
-      call build_walls(model)
-      call init_meeting(model%walls, state%walls)
-      call keep_choices(corners, choices, parent, model%corners, state%corners)
-      do w = 1, size(model%walls%joint), 2
-         ! Surface edges keep their numbers
-         associate (j => model%walls%joint(w))
-            if (any(facing(:, j) == 0)) cycle
-            state%walls%facing(w:w + 1) = facing(:, j)
-            state%walls%reached(w:w + 1) = reached(:, j)
-         end associate
-      end do
-      had_contact = model%has_contact
-      if (had_contact) contact = model%contact
-      if (had_contact) touching = state%contact
-      edge = model%exposed_edge
-      call build_contact(model)
-      state%surface_friction = first_friction(model)
-      if (had_contact) then
-         call model%contact%carry_on(contact, touching, edge, model%exposed_edge, parent, model%exposed, state%u, state%contact)
-      else if (model%has_contact) then
-         call model%contact%start(state%contact)
-      end if
-   end subroutine renew_contact
-
-   !> Walls and general contact of a run that goes on from a checkpoint, once its bonds are known; they remember nothing yet.
-   subroutine restore_contact(model, state)
-      type(model_t), intent(inout) :: model
-      type(state_t), intent(inout) :: state
-
-      call build_walls(model)
-      call build_contact(model)
-      call start_contact(model, state)
-   end subroutine restore_contact
 
 end module recut_m

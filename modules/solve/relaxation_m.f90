@@ -14,16 +14,23 @@ module relaxation_m
    use corners_m, only: decide_corners, press_further, any_passed, any_held, keep_closure, most_pressed
    use state_m, only: state_t
    use joints_m, only: have_stiffened
-   use loads_m, only: loads_t, smooth_ramp
+   use loads_m, only: smooth_ramp
    use motion_m, only: unbalanced_ratio
    use stable_step_m, only: stiffness_bound, scaled_mass
-   use cracks_m, only: crack_at_rest, describe_bonds
+   use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: increment_t, start_increment, forces_from_start, account_increment, has_left
    implicit none
    private
 
    public :: relaxation_cycle, push_nodes, back_to_peak
+
+   !> How far a cycle has come, for one that goes on after rock has broken
+   type, public :: relaxation_place_t
+      private
+      !> Increment of the cycle
+      integer :: substep = 0
+   end type relaxation_place_t
 
    !> Steps over which an increment's prescribed displacements and loads come on, at least
    integer, parameter :: ramp_steps = 50
@@ -40,54 +47,73 @@ module relaxation_m
 
 contains
 
-   !> One cycle of a stage, in as many increments as the deck says. On failure errors says when, where and what.
-   subroutine relaxation_cycle(model, stage, cycle, log, progress, state, report, errors)
-      type(model_t), intent(inout) :: model
+   !> One cycle of a stage, in as many increments as the deck says. Where rock breaks it returns with what is to change in the
+   !> model (report%breaks), and goes on when it is called again. On failure errors says when, where and what.
+   subroutine relaxation_cycle(model, stage, cycle, log, progress, place, state, report, errors)
+      type(model_t), intent(in) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
       type(log_t), intent(in) :: log
       type(progress_t), intent(inout) :: progress
+      type(relaxation_place_t), intent(inout) :: place
       type(state_t), intent(inout) :: state
-      type(cycle_report_t), intent(out) :: report
+      type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
       type(increment_t) :: increment
-      real(wp) :: level, duration
-      integer, allocatable :: parent(:)
-      integer :: substep, cycles, substeps
-      logical :: changed
+      real(wp) :: duration
+      integer :: substeps
+      logical :: broken
 
-      cycles = model%deck%stage(stage)%cycles
       substeps = model%deck%relaxation%substeps
       duration = model%deck%stage(stage)%move_time/real(substeps, wp)
       report%smallest_step = duration
-      ! A new stage prescribes another motion
-      if (cycle == 1) state%v = 0.0_wp
-      do substep = 1, substeps
-         level = (real(cycle - 1, wp) + real(substep - 1, wp)/real(substeps, wp))/real(cycles, wp)
-         call start_increment(model, level, state, increment)
-         increment%level = (real(cycle - 1, wp) + real(substep, wp)/real(substeps, wp))/real(cycles, wp)
-         call come_to_rest(model, stage, cycle, increment, level, duration, state, report, errors)
-         if (errors%any()) return
-         ! Velocities are means over the increment: so the next one goes on
-         state%v = (state%u - increment%start%u)/duration
-         state%time = state%time + duration
-         level = increment%level
-         do
-            if (.not. model%can_break) exit
-            call crack_at_rest(model, state, changed, parent)
-            if (.not. changed) exit
-            call start_increment(model, level, state, increment)
-            increment%level = level
-            call come_to_rest(model, stage, cycle, increment, level, 0.0_wp, state, report, errors)
+      broken = report%breaks%any()
+      report%breaks = breaks_t()
+      if (.not. broken) then
+         place%substep = 0
+         ! A new stage prescribes another motion
+         if (cycle == 1) state%v = 0.0_wp
+      end if
+      do while (broken .or. place%substep < substeps)
+         if (broken) then
+            ! Rest at the same loads
+            call start_increment(model, level_of(place%substep), state, increment)
+            increment%level = level_of(place%substep)
+            call come_to_rest(model, stage, cycle, increment, increment%level, 0.0_wp, state, report, errors)
             if (errors%any()) return
-         end do
-         call progress%tick(log, fraction_done(model, stage, cycle, .true., real(substep, wp)/real(substeps, wp)))
-         if (substep < substeps) report%interrupted = stop_wanted()
+         else
+            place%substep = place%substep + 1
+            call start_increment(model, level_of(place%substep - 1), state, increment)
+            increment%level = level_of(place%substep)
+            call come_to_rest(model, stage, cycle, increment, level_of(place%substep - 1), duration, state, report, errors)
+            if (errors%any()) return
+            ! Velocities are means over the increment: so the next one goes on
+            state%v = (state%u - increment%start%u)/duration
+            state%time = state%time + duration
+         end if
+         broken = .false.
+         if (model%can_break) then
+            call find_breaks(model, state, report%breaks)
+            report%level = increment%level
+            if (report%breaks%any()) return
+         end if
+         call progress%tick(log, fraction_done(model, stage, cycle, .true., real(place%substep, wp)/real(substeps, wp)))
+         if (place%substep < substeps) report%interrupted = stop_wanted()
          if (report%interrupted) return
       end do
       state%time = state%time + max(0.0_wp, model%deck%stage(stage)%rest_time)
       report%unbalanced = unbalanced_ratio(model%loads, state)
       call describe_bonds(model, state)
+
+   contains
+
+      !> Loads at the end of an increment, 0 to 1 over the stage.
+      pure real(wp) function level_of(substep) result(level)
+         integer, intent(in) :: substep
+
+         level = (real(cycle - 1, wp) + real(substep, wp)/real(substeps, wp))/real(model%deck%stage(stage)%cycles, wp)
+      end function level_of
+
    end subroutine relaxation_cycle
 
    !> Follow an increment until it is at rest, and book its work.

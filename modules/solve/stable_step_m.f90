@@ -36,7 +36,8 @@ contains
       call stiffness_bound(model, state, stiffness)
       associate (settings => model%deck%explicit)
          if (settings%mass_scaling == 'step') then
-            call raise_masses(scaled_mass(stiffness, model%rock_damping, model%mass, settings%scaled_step/settings%safety), state)
+            call raise_masses(scaled_mass(stiffness, model%nodes%rock_damping, model%nodes%mass, &
+                                          settings%scaled_step/settings%safety), state)
             step = settings%scaled_step
          else if (is_set(settings%step)) then
             step = settings%step
@@ -74,16 +75,16 @@ contains
       real(wp), allocatable :: of_walls(:)
       logical, allocatable :: held(:, :)
 
-      step = longest_stable_step(stiffness, model%rock_damping, state%mass, model%loads%fixed)
+      step = longest_stable_step(stiffness, model%nodes%rock_damping, state%mass, model%loads%fixed)
       held = spread(.not. all(model%loads%fixed, dim=1), 1, 2)
       if (all(held)) return
       ! What bonds, joints and contact add to the rock's own; less than a rounding error of that is nothing
-      of_walls = stiffness - (1.0_wp + model%local_damping)*model%rock_stiffness
+      of_walls = stiffness - (1.0_wp + model%local_damping)*model%nodes%rock_stiffness
       where (of_walls < rounding*stiffness) of_walls = 0.0_wp
       step = min(step, longest_stable_step(of_walls, 0.0_wp*of_walls, state%mass, held))
       ! Neither: rock that is deformed by prescribed motion alone
       held = .false.
-      if (step >= huge(step)) step = longest_stable_step(stiffness, model%rock_damping, state%mass, held)
+      if (step >= huge(step)) step = longest_stable_step(stiffness, model%nodes%rock_damping, state%mass, held)
    end function longest_step
 
    !> Raise masses to what the step needs. They never fall again: masses that went up and down would pump energy. Momentum
@@ -130,7 +131,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: bound(:)
 
-      bound = model%rock_stiffness
+      bound = model%nodes%rock_stiffness
       if (model%has_walls) then
          state%tractions%stiffness_then = joint_stiffness(model%joints%law, model%joints%penalty, &
                                                           state%tractions%contact_stiffness, state%joint)
