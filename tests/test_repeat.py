@@ -2,11 +2,13 @@
 threads, clocks or memory that nobody wrote to, and a checkpoint forgets nothing.
 
 A crack whose matrix (25 000 unknowns) was once ordered by a library that draws lots among its threads, so that no two runs
-agreed; a coarse network in rock that breaks; direct shear, whose matrix serves for hundreds of increments.
+agreed; a coarse network in rock that breaks; a specimen with joints on every edge; direct shear, whose matrix serves for
+hundreds of increments.
 """
 
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -15,6 +17,8 @@ import pytest
 from femdem.places import module
 from scene import find_cases, run_case
 
+SCENES = Path(__file__).resolve().parent / "scenes"
+SPECIMENS, PRESS = SCENES / "_specimens" / "specimens.py", SCENES / "uniaxial_strength" / "compress.nml"
 NETWORK = Path(__file__).resolve().parent.parent / "input" / "network"
 CRACKS = (
     "&cohesive group = 'all', tensile_strength = 3e6, cohesion = 8e6, friction_angle = 30, crack_friction_angle = 31, "
@@ -56,6 +60,23 @@ def test_shear_that_is_stopped(name, rows, femdem, tmp_path):
     stopped = whole.parent / "stopped"
     assert stop_and_go_on(femdem, whole.parent / case.deck, stopped, rows) >= 1
     assert_same(whole, stopped, ("history.csv", "edges.csv"))
+
+
+def test_bonds_at_rest_that_are_stopped(femdem, tmp_path):
+    """Joints on every edge, most of them far below their strength at any time: what stands for them is found anew."""
+    mesher = [sys.executable, SPECIMENS, "rectangle", "--size", "0.1", "--out", tmp_path / "scene.msh"]
+    subprocess.run(mesher, check=True, capture_output=True, timeout=120)
+    text = PRESS.read_text(encoding="utf-8").replace("cycles = 60", "cycles = 30")
+    strength = "tensile_strength = 7e6, cohesion = 15e6"
+    assert strength in text
+    text = text.replace(strength, "tensile_strength = 2e6, cohesion = 5e6, insertion = 'everywhere'")
+    deck = tmp_path / "deck.nml"
+    deck.write_text(text, encoding="utf-8")
+    whole, stopped = tmp_path / "whole", tmp_path / "stopped"
+    subprocess.run([femdem, "--quiet", "--output", whole, deck], check=True, capture_output=True, timeout=300)
+    assert len((whole / "cracks.csv").read_text().splitlines()) > 1
+    assert stop_and_go_on(femdem, deck, stopped, 4) >= 2
+    assert_same(whole, stopped, ("history.csv", "cracks.csv"))
 
 
 def test_a_closed_crack(femdem, tmp_path):

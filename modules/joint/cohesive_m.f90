@@ -181,16 +181,20 @@ contains
    end function on_strength
 
    !> Bring a point to a new opening and slip.
-   pure subroutine cohesive_update(law, opening, slip, point)
+   pure subroutine cohesive_update(law, opening, slip, point, overdue)
       type(cohesive_t), intent(in) :: law
       !> Opening, negative when the walls overlap, and slip [m]
       real(wp), intent(in) :: opening, slip
       type(cohesive_point_t), intent(inout) :: point
+      !> Was it left behind far below its strength, so that no damage counts as little? Not unless given
+      logical, intent(in), optional :: overdue
       type(cohesive_point_t) :: before
-      real(wp) :: damage
+      real(wp) :: damage, growth
 
+      growth = largest_growth
+      if (present(overdue)) growth = merge(0.0_wp, largest_growth, overdue)
       damage = damage_on(law, opening, slip, point%damage)
-      if (damage - point%damage <= largest_growth) then
+      if (damage - point%damage <= growth) then
          call step_to(law, opening, slip, damage, point)
       else
          before = point

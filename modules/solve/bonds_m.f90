@@ -4,11 +4,13 @@ module bonds_m
    use cohesive_m, only: cohesive_t, cohesive_point_t, strengthened, on_strength, overstress, start_point, &
                          cohesive_values, cohesive_from_values, point_values, point_from_values, cohesive_value_count, &
                          point_value_count
-   use bond_m, only: bond_points, bond_weight, bond_forces, bond_stiffness_bound
+   use bond_m, only: bond_points, bond_weight, bond_rows_t, init_rows, bond_forces, resting_bond_forces, follow_points, &
+                     bond_stiffness_bound, watched, followed
    implicit none
    private
 
-   public :: init_bonds, add_bonds, hold_together, bonds_stiffness_bound, bonds_work, bond_damage, is_closed, start_bond
+   public :: init_bonds, add_bonds, place_bonds, hold_together, follow_bonds, bonds_stiffness_bound, bonds_work, bond_damage, &
+             is_closed, start_bond
    public :: bond_values, restore_bonds, event_values, restore_events
 
    !> Numbers that make up a bond (does it hold, is it broken, law, shifts, points) and a crack event
@@ -40,6 +42,8 @@ module bonds_m
       real(wp), allocatable :: shift(:, :, :)
       !> Index of the deck's &cohesive group (bonds)
       integer, allocatable :: setting(:)
+      !> The same for the loop over bonds at rest
+      type(bond_rows_t) :: rows
    end type bonds_t
 
    !> What the bonds remember
@@ -48,6 +52,8 @@ module bonds_m
       type(cohesive_point_t), allocatable :: point(:, :)
       !> Does it still hold or press? (bonds) A bond that has parted belongs to the contact
       logical, allocatable :: active(:)
+      !> Do the points follow the motion? resting, watched or followed of bond_m (bonds)
+      integer, allocatable :: watch(:)
       !> Has its breaking been noted? (bonds)
       logical, allocatable :: broken(:)
       !> What has broken, in the order of time
@@ -65,7 +71,7 @@ contains
 
       bonds%fractures = fractures
       allocate (bonds%length(0), bonds%law(0), bonds%shift(2, bond_points, 0), bonds%setting(0), bonds%node(4, 0))
-      allocate (memory%point(bond_points, 0), memory%active(0), memory%broken(0), memory%event(0))
+      allocate (memory%point(bond_points, 0), memory%active(0), memory%watch(0), memory%broken(0), memory%event(0))
    end subroutine init_bonds
 
    !> Put in bonds without stress at the end of the list.
@@ -99,8 +105,20 @@ contains
       bonds%length = [bonds%length, length]
       bonds%setting = [bonds%setting, setting]
       memory%active = [memory%active, [(.true., b=1, size(length))]]
+      memory%watch = [memory%watch, [(watched, b=1, size(length))]]
       memory%broken = [memory%broken, [(.false., b=1, size(length))]]
    end subroutine add_bonds
+
+   !> Tell the bonds their nodes.
+   subroutine place_bonds(bonds, node, x)
+      type(bonds_t), intent(inout) :: bonds
+      !> Nodes A, B, A', B' (4, bonds), reference coordinates (2, nodes) [m]
+      integer, intent(in) :: node(:, :)
+      real(wp), intent(in) :: x(:, :)
+
+      bonds%node = node
+      call init_rows(node, bonds%length, bonds%law, x, bonds%rows)
+   end subroutine place_bonds
 
    !> Let a bond start at the stress of the rock, at or within its strength. Where the stress is beyond the strength, either
    !> the bond is made as strong as that, so that no force jumps (its fracture energies stay), or it carries what its
@@ -118,6 +136,7 @@ contains
       integer :: k
 
       bonds%law(b) = law
+      memory%watch(b) = followed
       stress = [normal, shear]
       if (no_jump) then
          if (overstress(law, normal, shear) > 1.0_wp) &
@@ -144,16 +163,33 @@ contains
    end function strength_factor
 
    !> Add the forces of all bonds to the nodal forces.
-   subroutine hold_together(bonds, x, u, memory, force)
+   subroutine hold_together(bonds, x, u, may_rest, memory, force)
       type(bonds_t), intent(in) :: bonds
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      !> May points stay behind where their bond rests? Then follow_bonds brings them up to date
+      logical, intent(in) :: may_rest
       type(bond_memory_t), intent(inout) :: memory
       !> Nodal forces (2, nodes) [N per m of thickness]
       real(wp), contiguous, intent(inout) :: force(:, :)
 
-      call bond_forces(memory%active, bonds%node, bonds%length, bonds%law, bonds%shift, x, u, memory%point, force)
+      if (may_rest) then
+         call resting_bond_forces(memory%active, bonds%rows, bonds%node, bonds%length, bonds%law, bonds%shift, x, u, &
+                                  memory%watch, memory%point, force)
+      else
+         call bond_forces(memory%active, bonds%node, bonds%length, bonds%law, bonds%shift, x, u, memory%point, force)
+      end if
    end subroutine hold_together
+
+   !> Bring the points of all bonds up to date.
+   subroutine follow_bonds(bonds, x, u, memory)
+      type(bonds_t), intent(in) :: bonds
+      !> Reference coordinates and displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      type(bond_memory_t), intent(inout) :: memory
+
+      call follow_points(bonds%node, bonds%law, x, u, memory%watch, memory%point)
+   end subroutine follow_bonds
 
    !> Add the bonds' part to the nodal bounds of the stiffness (nodes) [N/m per m of thickness].
    subroutine bonds_stiffness_bound(bonds, memory, bound)
@@ -232,6 +268,8 @@ contains
             memory%point(k, b) = point_from_values(value(next + 1:next + point_value_count, b))
             next = next + point_value_count
          end do
+         memory%watch(b) = merge(followed, watched, any(memory%point(:, b)%damage > 0.0_wp) .or. &
+                                 any(abs(bonds%shift(:, :, b)) > 0.0_wp))
       end do
    end subroutine restore_bonds
 

@@ -15,7 +15,7 @@ module explicit_m
    use corners_m, only: decide_corners, press_further
    use joints_m, only: have_stiffened
    use loads_m, only: smooth_ramp
-   use bonds_m, only: bonds_work
+   use bonds_m, only: bonds_work, follow_bonds
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use release_m, only: release_factor
    use motion_m, only: move_nodes, unbalanced_ratio
@@ -108,6 +108,7 @@ contains
          if (errors%any() .or. report%interrupted) return
          ! Stresses and joints as they are now: those of the last step were found before it moved the nodes
          call find_forces(model, real(cycle, wp)/real(settings%cycles, wp), state, searched)
+         if (model%can_break) call follow_bonds(model%bonds, model%split%x, state%u, state%bonds)
       end associate
       state%energy%kinetic = kinetic_energy(state%mass, state%v)
       state%energy%strain = strain_energy(model%solid, state%u)

@@ -2,7 +2,7 @@
 module forces_m
    use kinds_m, only: wp
    use model_m, only: model_t
-   use solver_choice_m, only: solver_implicit
+   use solver_choice_m, only: solver_explicit, solver_implicit
    use state_m, only: state_t
    use solid_m, only: solid_forces, viscous_forces
    use wall_contact_m, only: meet_walls, add_wall_forces
@@ -36,7 +36,8 @@ contains
       call clear(state%solid)
       call solid_forces(model%solid, state%u, state%solid)
       if (model%can_break) then
-         call hold_together(model%bonds, model%split%x, state%u, state%bonds, state%solid)
+         ! Points that stay behind have a place to catch up from when nothing ever goes back
+         call hold_together(model%bonds, model%split%x, state%u, model%solver == solver_explicit, state%bonds, state%solid)
          if (release_factor(state) > 0.0_wp) &
             state%solid = state%solid + release_factor(state)*state%release
       end if

@@ -7,7 +7,7 @@ module recut_m
    use mesh_m, only: split_mesh_t
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
-   use bonds_m, only: add_bonds, start_bond, restore_bonds, is_closed
+   use bonds_m, only: add_bonds, place_bonds, start_bond, restore_bonds, is_closed
    use coulomb_law_m, only: coulomb_law_t
    use joint_law_m, only: joint_law_t
    use law_list_m, only: scaled_law
@@ -111,7 +111,7 @@ contains
             law(i) = rock_law(model, first + i, setting(i))
          end do
          call add_bonds(model%bonds, state%bonds, model%joints%length(first + 1:), law, setting)
-         model%bonds%node = model%split%joint(:, model%bonds%fractures + 1:)
+         call place_bonds(model%bonds, model%split%joint(:, model%bonds%fractures + 1:), model%split%x)
          do i = 1, size(breaks%edge)
             associate (j => first + i)
                call crack_law(model, setting(i), law(i), of_crack)
