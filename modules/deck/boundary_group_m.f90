@@ -6,9 +6,8 @@ module boundary_group_m
    use errors_m, only: error_list_t
    use text_m, only: quoted, to_text
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
-                              check_given, check_needed, check_size
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, check_given, check_needed, check_size
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -49,18 +48,6 @@ module boundary_group_m
       real(wp) :: sxy = unset
    end type boundary_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('stage', a_name), &
-                                  variable_t('vx', a_number), &
-                                  variable_t('vy', a_number), &
-                                  variable_t('tx', a_number), &
-                                  variable_t('ty', a_number), &
-                                  variable_t('pressure', a_number), &
-                                  variable_t('sxx', a_number), &
-                                  variable_t('syy', a_number), &
-                                  variable_t('sxy', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -70,18 +57,32 @@ contains
       !> Its settings
       type(boundary_t), intent(out) :: boundary
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ boundary
+      type(group_variables_t) :: variables
 
       boundary%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, boundary)
+      call variables%end_reading(errors)
       if (is_set(boundary%sxx) .and. is_set(boundary%syy) .and. .not. is_set(boundary%sxy)) boundary%sxy = 0.0_wp
       call check_boundary(slice, boundary, errors)
    end subroutine read_boundary
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, boundary)
+      type(group_variables_t), intent(inout) :: variables
+      type(boundary_t), intent(inout) :: boundary
+
+      call variables%keep('group', boundary%group)
+      call variables%keep('stage', boundary%stage)
+      call variables%keep('vx', boundary%vx, 'free in x')
+      call variables%keep('vy', boundary%vy, 'free in y')
+      call variables%keep('tx', boundary%tx)
+      call variables%keep('ty', boundary%ty)
+      call variables%keep('pressure', boundary%pressure)
+      call variables%keep('sxx', boundary%sxx)
+      call variables%keep('syy', boundary%syy)
+      call variables%keep('sxy', boundary%sxy)
+   end subroutine name_variables
 
    !> The boundary has a place and a stage, prescribes something, and nothing twice.
    subroutine check_boundary(slice, boundary, errors)
@@ -161,19 +162,13 @@ contains
    subroutine write_boundary(boundary, unit)
       type(boundary_t), intent(in) :: boundary
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(boundary_t) :: effective
 
-      call begin_group(unit, 'boundary')
-      call put(unit, 'group', boundary%group)
-      call put(unit, 'stage', boundary%stage)
-      call put(unit, 'vx', boundary%vx, 'free in x')
-      call put(unit, 'vy', boundary%vy, 'free in y')
-      call put(unit, 'tx', boundary%tx)
-      call put(unit, 'ty', boundary%ty)
-      call put(unit, 'pressure', boundary%pressure)
-      call put(unit, 'sxx', boundary%sxx)
-      call put(unit, 'syy', boundary%syy)
-      call put(unit, 'sxy', boundary%sxy)
-      call end_group(unit)
+      effective = boundary
+      call variables%write(unit, 'boundary')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_boundary
 
 end module boundary_group_m

@@ -7,9 +7,8 @@ module cohesive_group_m
    use errors_m, only: error_list_t
    use text_m, only: exact_text
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_count, a_number, an_option, name_length, option_length, &
-                              namelist_text, require_clean_read, check_range, check_least, check_choice, check_given
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, option_length, check_range, check_least, check_choice, check_given
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -46,19 +45,6 @@ module cohesive_group_m
       integer :: check_every = 10
    end type cohesive_group_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('insertion', an_option), &
-                                  variable_t('tensile_strength', a_number), &
-                                  variable_t('cohesion', a_number), &
-                                  variable_t('friction_angle', a_number), &
-                                  variable_t('g_i', a_number), &
-                                  variable_t('g_ii', a_number), &
-                                  variable_t('penalty_factor', a_number), &
-                                  variable_t('crack_friction_angle', a_number), &
-                                  variable_t('crack_joint', a_name), &
-                                  variable_t('insertion_level', a_number), &
-                                  variable_t('check_every', a_count)]
    character(len=*), parameter :: insertions(*) = ['none      ', 'regions   ', 'adaptive  ', 'everywhere']
 
 contains
@@ -70,17 +56,33 @@ contains
       !> Its settings
       type(cohesive_group_t), intent(out) :: cohesive
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ cohesive
+      type(group_variables_t) :: variables
 
       cohesive%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, cohesive)
+      call variables%end_reading(errors)
       call check_cohesive(slice, cohesive, errors)
    end subroutine read_cohesive
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, cohesive)
+      type(group_variables_t), intent(inout) :: variables
+      type(cohesive_group_t), intent(inout) :: cohesive
+
+      call variables%keep('group', cohesive%group)
+      call variables%keep('insertion', cohesive%insertion)
+      call variables%keep('tensile_strength', cohesive%tensile_strength)
+      call variables%keep('cohesion', cohesive%cohesion)
+      call variables%keep('friction_angle', cohesive%friction_angle)
+      call variables%keep('g_i', cohesive%g_i)
+      call variables%keep('g_ii', cohesive%g_ii)
+      call variables%keep('penalty_factor', cohesive%penalty_factor)
+      call variables%keep('crack_friction_angle', cohesive%crack_friction_angle)
+      call variables%keep('crack_joint', cohesive%crack_joint)
+      call variables%keep('insertion_level', cohesive%insertion_level)
+      call variables%keep('check_every', cohesive%check_every)
+   end subroutine name_variables
 
    !> Ranges and choices.
    subroutine check_cohesive(slice, cohesive, errors)
@@ -124,21 +126,13 @@ contains
    subroutine write_cohesive(cohesive, unit)
       type(cohesive_group_t), intent(in) :: cohesive
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(cohesive_group_t) :: effective
 
-      call begin_group(unit, 'cohesive')
-      call put(unit, 'group', cohesive%group)
-      call put(unit, 'insertion', cohesive%insertion)
-      call put(unit, 'tensile_strength', cohesive%tensile_strength)
-      call put(unit, 'cohesion', cohesive%cohesion)
-      call put(unit, 'friction_angle', cohesive%friction_angle)
-      call put(unit, 'g_i', cohesive%g_i)
-      call put(unit, 'g_ii', cohesive%g_ii)
-      call put(unit, 'penalty_factor', cohesive%penalty_factor)
-      call put(unit, 'crack_friction_angle', cohesive%crack_friction_angle)
-      call put(unit, 'crack_joint', cohesive%crack_joint)
-      call put(unit, 'insertion_level', cohesive%insertion_level)
-      call put(unit, 'check_every', cohesive%check_every)
-      call end_group(unit)
+      effective = cohesive
+      call variables%write(unit, 'cohesive')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_cohesive
 
 end module cohesive_group_m

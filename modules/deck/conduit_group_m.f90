@@ -4,9 +4,8 @@ module conduit_group_m
    use constants_m, only: unset
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, an_option, name_length, option_length, namelist_text, &
-                              require_clean_read, check_range, check_choice, check_given
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, option_length, check_range, check_choice, check_given
+   use group_variables_m, only: group_variables_t
    use flow_group_m, only: hydraulic_laws
    implicit none
    private
@@ -34,12 +33,6 @@ module conduit_group_m
       real(wp) :: wall_stiffness = unset
    end type conduit_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('aperture_mm', a_number), &
-                                  variable_t('hydraulic', an_option), &
-                                  variable_t('jrc', a_number), &
-                                  variable_t('wall_stiffness', a_number)]
    character(len=*), parameter :: choices(*) = [character(len=len(hydraulic_laws)) :: hydraulic_laws, as_flow]
 
 contains
@@ -51,15 +44,12 @@ contains
       !> Its settings
       type(conduit_t), intent(out) :: conduit
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ conduit
+      type(group_variables_t) :: variables
 
       conduit%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, conduit)
+      call variables%end_reading(errors)
       call check_given(errors, slice, 'group', conduit%group, 'a physical curve of the mesh')
       call check_range(errors, slice, 'aperture_mm', conduit%aperture_mm, least=0.0_wp, most=widest)
       call check_choice(errors, slice, 'hydraulic', conduit%hydraulic, choices)
@@ -67,18 +57,29 @@ contains
       call check_range(errors, slice, 'wall_stiffness', conduit%wall_stiffness, above=0.0_wp)
    end subroutine read_conduit
 
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, conduit)
+      type(group_variables_t), intent(inout) :: variables
+      type(conduit_t), intent(inout) :: conduit
+
+      call variables%keep('group', conduit%group)
+      call variables%keep('aperture_mm', conduit%aperture_mm, 'that of the joints')
+      call variables%keep('hydraulic', conduit%hydraulic)
+      call variables%keep('jrc', conduit%jrc, 'jrc0 of the &joint')
+      call variables%keep('wall_stiffness', conduit%wall_stiffness, 'rigid')
+   end subroutine name_variables
+
    !> Write the effective group, every variable.
    subroutine write_conduit(conduit, unit)
       type(conduit_t), intent(in) :: conduit
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(conduit_t) :: effective
 
-      call begin_group(unit, 'conduit')
-      call put(unit, 'group', conduit%group)
-      call put(unit, 'aperture_mm', conduit%aperture_mm, 'that of the joints')
-      call put(unit, 'hydraulic', conduit%hydraulic)
-      call put(unit, 'jrc', conduit%jrc, 'jrc0 of the &joint')
-      call put(unit, 'wall_stiffness', conduit%wall_stiffness, 'rigid')
-      call end_group(unit)
+      effective = conduit
+      call variables%write(unit, 'conduit')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_conduit
 
 end module conduit_group_m

@@ -4,9 +4,8 @@ module contact_group_m
    use bounds_m, only: least_part
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, a_switch, an_option, option_length, namelist_text, &
-                              require_clean_read, check_range, check_choice
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: option_length, check_range, check_choice
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -32,13 +31,6 @@ module contact_group_m
       real(wp) :: corner_factor = 30.0_wp
    end type contact_group_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('active', a_switch), &
-                                  variable_t('friction_angle', a_number), &
-                                  variable_t('friction', an_option), &
-                                  variable_t('skin_factor', a_number), &
-                                  variable_t('tangential_factor', a_number), &
-                                  variable_t('corner_factor', a_number)]
    character(len=*), parameter :: frictions(*) = ['slider  ', 'velocity']
 
 contains
@@ -50,17 +42,27 @@ contains
       !> Its settings
       type(contact_group_t), intent(out) :: contact
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ contact
+      type(group_variables_t) :: variables
 
       contact%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, contact)
+      call variables%end_reading(errors)
       call check_contact(slice, contact, errors)
    end subroutine read_contact
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, contact)
+      type(group_variables_t), intent(inout) :: variables
+      type(contact_group_t), intent(inout) :: contact
+
+      call variables%keep('active', contact%active)
+      call variables%keep('friction_angle', contact%friction_angle)
+      call variables%keep('friction', contact%friction)
+      call variables%keep('skin_factor', contact%skin_factor)
+      call variables%keep('tangential_factor', contact%tangential_factor)
+      call variables%keep('corner_factor', contact%corner_factor)
+   end subroutine name_variables
 
    !> Ranges and choices.
    subroutine check_contact(slice, contact, errors)
@@ -79,15 +81,13 @@ contains
    subroutine write_contact(contact, unit)
       type(contact_group_t), intent(in) :: contact
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(contact_group_t) :: effective
 
-      call begin_group(unit, 'contact')
-      call put(unit, 'active', contact%active)
-      call put(unit, 'friction_angle', contact%friction_angle)
-      call put(unit, 'friction', contact%friction)
-      call put(unit, 'skin_factor', contact%skin_factor)
-      call put(unit, 'tangential_factor', contact%tangential_factor)
-      call put(unit, 'corner_factor', contact%corner_factor)
-      call end_group(unit)
+      effective = contact
+      call variables%write(unit, 'contact')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_contact
 
 end module contact_group_m

@@ -1,5 +1,5 @@
-!> The variables of a group: their names and kinds, the strict reading of what the user wrote for them, and the checks
-!> of range and choice that all groups share. Every message names file, line, group, variable and the value found.
+!> What values of variables look like, kind by kind, and the checks of range and choice that all groups share. Every message names
+!> file, line, group, variable and the value found.
 module deck_variable_m
    use kinds_m, only: wp
    use constants_m, only: is_set
@@ -9,9 +9,7 @@ module deck_variable_m
    implicit none
    private
 
-   public :: namelist_text, require_clean_read, given_number, given_text, check_range, check_size, check_least, check_choice, &
-             check_given, &
-             check_needed, check_idle
+   public :: what_is_wrong, suggestion, check_range, check_size, check_least, check_choice, check_given, check_needed, check_idle
 
    !> Lengths of an option's text, of a name (stage, physical group), of a path or title
    integer, parameter, public :: option_length = 32, name_length = 64, path_length = 512
@@ -19,101 +17,12 @@ module deck_variable_m
    !> Kinds of variable; a_word: text in quotes, or a whole number
    integer, parameter, public :: a_number = 1, a_count = 2, a_switch = 3, an_option = 4, a_name = 5, a_path = 6, a_word = 7
 
-   !> A variable of a group
-   type, public :: variable_t
-      !> Name in the deck, and name of the component of the group's type
-      character(len=option_length) :: name
-      !> One of the kinds above
-      integer :: kind
-      !> Is its value read apart (given_number, given_text), not by the namelist READ?
-      logical :: apart = .false.
-   end type variable_t
-
-   !> Name of the namelist inside the program: every group is read as `&settings`
-   character(len=*), parameter :: namelist_name = 'settings'
    !> Decimal exponents beyond this are not meant, and would trap or become infinite when read
    integer, parameter :: largest_exponent = 300
    !> More digits than this overflow a default integer
    integer, parameter :: most_digits = 9
 
 contains
-
-   !> The group as text for a namelist READ into a variable of derived type: `&settings joint%jrc0 = 15 ... /`.
-   !>
-   !> What is not a known variable with one value of its kind is reported and left out, so that the READ meets no
-   !> surprise: gfortran alone would take .tomato. for true and leave a variable without a value as it was.
-   subroutine namelist_text(slice, variables, text, errors)
-      type(group_slice_t), intent(in) :: slice
-      !> Variables of the group
-      type(variable_t), intent(in) :: variables(:)
-      !> Text of the namelist
-      character(len=:), allocatable, intent(out) :: text
-      type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: wrong
-      integer :: i, variable
-
-      text = '&'//namelist_name
-      do i = 1, slice%count
-         associate (assignment => slice%assignment(i))
-            variable = find_variable(variables, assignment%name)
-            if (variable == 0) then
-               call errors%add(slice%place(assignment%name)//': there is no such variable; '// &
-                               suggestion(assignment%name, variables%name))
-               cycle
-            end if
-            wrong = what_is_wrong(assignment%value, assignment%values, variables(variable)%kind)
-            if (wrong == '' .and. variables(variable)%apart) cycle
-            if (wrong == '') then
-               text = text//' '//slice%name//'%'//assignment%name//' = '//assignment%value
-            else
-               call errors%add(slice%place(assignment%name)//': '//wrong)
-            end if
-         end associate
-      end do
-      text = text//' /'
-   end subroutine namelist_text
-
-   !> The namelist READ of a group must have been clean.
-   subroutine require_clean_read(slice, status, message, errors)
-      type(group_slice_t), intent(in) :: slice
-      !> iostat and iomsg of the READ
-      integer, intent(in) :: status
-      character(len=*), intent(in) :: message
-      type(error_list_t), intent(inout) :: errors
-
-      if (status == 0) return
-      call errors%add(slice%path//':'//to_text(slice%line)//': &'//slice%name//' cannot be read: '//trim(message))
-   end subroutine require_clean_read
-
-   !> A number that is read apart from the namelist; left as it is when not given, or not a number (which was reported).
-   subroutine given_number(slice, name, value)
-      type(group_slice_t), intent(in) :: slice
-      character(len=*), intent(in) :: name
-      real(wp), intent(inout) :: value
-      integer :: i, status
-
-      i = slice%find(name)
-      if (i == 0) return
-      associate (assignment => slice%assignment(i))
-         if (what_is_wrong(assignment%value, assignment%values, a_number) /= '') return
-         read (assignment%value, *, iostat=status) value
-      end associate
-   end subroutine given_number
-
-   !> The same for an option or a word, with its quotes taken off.
-   subroutine given_text(slice, name, value)
-      type(group_slice_t), intent(in) :: slice
-      character(len=*), intent(in) :: name
-      character(len=*), intent(inout) :: value
-      integer :: i, status
-
-      i = slice%find(name)
-      if (i == 0) return
-      associate (assignment => slice%assignment(i))
-         if (what_is_wrong(assignment%value, assignment%values, a_word) /= '') return
-         read (assignment%value, *, iostat=status) value
-      end associate
-   end subroutine given_text
 
    !> A number must lie in a range; a number not given passes, unless it is required.
    subroutine check_range(errors, slice, name, value, above, below, least, most, required)
@@ -255,18 +164,6 @@ contains
       if (.not. is_set(value)) return
       call errors%add(slice%place(name)//': has no effect without '//condition//'; give both or neither')
    end subroutine check_idle
-
-   !> Index of a variable by name (0: there is none).
-   pure integer function find_variable(variables, name) result(found)
-      type(variable_t), intent(in) :: variables(:)
-      character(len=*), intent(in) :: name
-      integer :: i
-
-      found = 0
-      do i = 1, size(variables)
-         if (variables(i)%name == name) found = i
-      end do
-   end function find_variable
 
    !> 'did you mean jrc0?', or the whole list when nothing is near.
    pure function suggestion(word, names)

@@ -5,10 +5,8 @@ module explicit_group_m
    use bounds_m, only: least_part, most_factor, least_step, most_time
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, an_option, option_length, namelist_text, require_clean_read, &
-                              check_range, check_choice, &
-                              check_needed, check_idle
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: option_length, check_range, check_choice, check_needed, check_idle
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -35,13 +33,6 @@ module explicit_group_m
       real(wp) :: scaled_step = unset
    end type explicit_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('damping', an_option), &
-                                  variable_t('damping_factor', a_number), &
-                                  variable_t('safety', a_number), &
-                                  variable_t('step', a_number), &
-                                  variable_t('mass_scaling', an_option), &
-                                  variable_t('scaled_step', a_number)]
    character(len=*), parameter :: dampings(*) = ['none   ', 'viscous', 'local  ']
    character(len=*), parameter :: mass_scalings(*) = ['none', 'step']
 
@@ -54,17 +45,27 @@ contains
       !> Its settings
       type(explicit_t), intent(out) :: explicit
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ explicit
+      type(group_variables_t) :: variables
 
       explicit%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, explicit)
+      call variables%end_reading(errors)
       call check_explicit(slice, explicit, errors)
    end subroutine read_explicit
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, explicit)
+      type(group_variables_t), intent(inout) :: variables
+      type(explicit_t), intent(inout) :: explicit
+
+      call variables%keep('damping', explicit%damping)
+      call variables%keep('damping_factor', explicit%damping_factor, 'there is no damping')
+      call variables%keep('safety', explicit%safety)
+      call variables%keep('step', explicit%step, 'the stable step times safety')
+      call variables%keep('mass_scaling', explicit%mass_scaling)
+      call variables%keep('scaled_step', explicit%scaled_step)
+   end subroutine name_variables
 
    !> Ranges and choices, and one way only of choosing the step.
    subroutine check_explicit(slice, explicit, errors)
@@ -99,15 +100,13 @@ contains
    subroutine write_explicit(explicit, unit)
       type(explicit_t), intent(in) :: explicit
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(explicit_t) :: effective
 
-      call begin_group(unit, 'explicit')
-      call put(unit, 'damping', explicit%damping)
-      call put(unit, 'damping_factor', explicit%damping_factor, 'there is no damping')
-      call put(unit, 'safety', explicit%safety)
-      call put(unit, 'step', explicit%step, 'the stable step times safety')
-      call put(unit, 'mass_scaling', explicit%mass_scaling)
-      call put(unit, 'scaled_step', explicit%scaled_step)
-      call end_group(unit)
+      effective = explicit
+      call variables%write(unit, 'explicit')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_explicit
 
 end module explicit_group_m

@@ -4,9 +4,8 @@ module flow_boundary_group_m
    use constants_m, only: unset, is_set
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
-                              check_range, check_given, check_idle
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, check_range, check_given, check_idle
+   use group_variables_m, only: group_variables_t
    use boundary_group_m, only: every_stage
    implicit none
    private
@@ -32,15 +31,6 @@ module flow_boundary_group_m
       real(wp) :: rate = unset
    end type flow_boundary_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('stage', a_name), &
-                                  variable_t('pressure', a_number), &
-                                  variable_t('pressure_dx', a_number), &
-                                  variable_t('pressure_dy', a_number), &
-                                  variable_t('flux', a_number), &
-                                  variable_t('rate', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -50,15 +40,12 @@ contains
       !> Its settings
       type(flow_boundary_t), intent(out) :: flow_boundary
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ flow_boundary
+      type(group_variables_t) :: variables
 
       flow_boundary%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, flow_boundary)
+      call variables%end_reading(errors)
       call check_given(errors, slice, 'group', flow_boundary%group, 'a physical curve or point of the mesh')
       associate (given => is_set([flow_boundary%pressure, flow_boundary%flux, flow_boundary%rate]))
          if (count(given) /= 1) call errors%add(slice%place('pressure')//': one of pressure, flux and rate must be given '// &
@@ -74,20 +61,31 @@ contains
       end if
    end subroutine read_flow_boundary
 
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, flow_boundary)
+      type(group_variables_t), intent(inout) :: variables
+      type(flow_boundary_t), intent(inout) :: flow_boundary
+
+      call variables%keep('group', flow_boundary%group)
+      call variables%keep('stage', flow_boundary%stage)
+      call variables%keep('pressure', flow_boundary%pressure, 'not prescribed')
+      call variables%keep('pressure_dx', flow_boundary%pressure_dx)
+      call variables%keep('pressure_dy', flow_boundary%pressure_dy)
+      call variables%keep('flux', flow_boundary%flux, 'not prescribed')
+      call variables%keep('rate', flow_boundary%rate, 'not prescribed')
+   end subroutine name_variables
+
    !> Write the effective group, every variable.
    subroutine write_flow_boundary(flow_boundary, unit)
       type(flow_boundary_t), intent(in) :: flow_boundary
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(flow_boundary_t) :: effective
 
-      call begin_group(unit, 'flow_boundary')
-      call put(unit, 'group', flow_boundary%group)
-      call put(unit, 'stage', flow_boundary%stage)
-      call put(unit, 'pressure', flow_boundary%pressure, 'not prescribed')
-      call put(unit, 'pressure_dx', flow_boundary%pressure_dx)
-      call put(unit, 'pressure_dy', flow_boundary%pressure_dy)
-      call put(unit, 'flux', flow_boundary%flux, 'not prescribed')
-      call put(unit, 'rate', flow_boundary%rate, 'not prescribed')
-      call end_group(unit)
+      effective = flow_boundary
+      call variables%write(unit, 'flow_boundary')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_flow_boundary
 
 end module flow_boundary_group_m

@@ -2,10 +2,9 @@
 module flow_group_m
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, a_count, a_switch, an_option, option_length, namelist_text, &
-                              require_clean_read, check_choice, check_range, check_least
+   use deck_variable_m, only: option_length, check_choice, check_range, check_least
    use kinds_m, only: wp
-   use deck_write_m, only: begin_group, put, end_group
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -26,12 +25,6 @@ module flow_group_m
       logical :: permeability = .true.
    end type flow_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('coupling', an_option), &
-                                  variable_t('tolerance', a_number), &
-                                  variable_t('max_passes', a_count), &
-                                  variable_t('hydraulic', an_option), &
-                                  variable_t('permeability', a_switch)]
    character(len=*), parameter :: couplings(*) = ['one-way', 'two-way']
    !> Laws of the hydraulic aperture
    character(len=*), parameter, public :: hydraulic_laws(*) = ['equal        ', 'barton       ', 'olsson_barton']
@@ -45,33 +38,41 @@ contains
       !> Its settings
       type(flow_t), intent(out) :: flow
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ flow
+      type(group_variables_t) :: variables
 
       flow%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, flow)
+      call variables%end_reading(errors)
       call check_choice(errors, slice, 'coupling', flow%coupling, couplings)
       call check_range(errors, slice, 'tolerance', flow%tolerance, above=0.0_wp, below=1.0_wp)
       call check_least(errors, slice, 'max_passes', flow%max_passes, 1)
       call check_choice(errors, slice, 'hydraulic', flow%hydraulic, hydraulic_laws)
    end subroutine read_flow
 
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, flow)
+      type(group_variables_t), intent(inout) :: variables
+      type(flow_t), intent(inout) :: flow
+
+      call variables%keep('coupling', flow%coupling)
+      call variables%keep('tolerance', flow%tolerance)
+      call variables%keep('max_passes', flow%max_passes)
+      call variables%keep('hydraulic', flow%hydraulic)
+      call variables%keep('permeability', flow%permeability)
+   end subroutine name_variables
+
    !> Write the effective group, every variable; nothing where the deck has none.
    subroutine write_flow(flow, unit)
       type(flow_t), intent(in) :: flow
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(flow_t) :: effective
 
-      call begin_group(unit, 'flow')
-      call put(unit, 'coupling', flow%coupling)
-      call put(unit, 'tolerance', flow%tolerance)
-      call put(unit, 'max_passes', flow%max_passes)
-      call put(unit, 'hydraulic', flow%hydraulic)
-      call put(unit, 'permeability', flow%permeability)
-      call end_group(unit)
+      effective = flow
+      call variables%write(unit, 'flow')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_flow
 
 end module flow_group_m

@@ -3,8 +3,8 @@ module fluid_group_m
    use kinds_m, only: wp
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, namelist_text, require_clean_read, check_range
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: check_range
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -25,11 +25,6 @@ module fluid_group_m
       real(wp) :: compressibility = 4.5e-10_wp
    end type fluid_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('viscosity', a_number), &
-                                  variable_t('density', a_number), &
-                                  variable_t('compressibility', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -39,30 +34,38 @@ contains
       !> Its settings
       type(fluid_t), intent(out) :: fluid
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ fluid
+      type(group_variables_t) :: variables
 
       fluid%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, fluid)
+      call variables%end_reading(errors)
       call check_range(errors, slice, 'viscosity', fluid%viscosity, above=0.0_wp, most=thickest)
       call check_range(errors, slice, 'density', fluid%density, least=0.0_wp, most=heaviest)
       call check_range(errors, slice, 'compressibility', fluid%compressibility, least=0.0_wp, most=softest)
    end subroutine read_fluid
 
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, fluid)
+      type(group_variables_t), intent(inout) :: variables
+      type(fluid_t), intent(inout) :: fluid
+
+      call variables%keep('viscosity', fluid%viscosity)
+      call variables%keep('density', fluid%density)
+      call variables%keep('compressibility', fluid%compressibility)
+   end subroutine name_variables
+
    !> Write the effective group, every variable.
    subroutine write_fluid(fluid, unit)
       type(fluid_t), intent(in) :: fluid
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(fluid_t) :: effective
 
-      call begin_group(unit, 'fluid')
-      call put(unit, 'viscosity', fluid%viscosity)
-      call put(unit, 'density', fluid%density)
-      call put(unit, 'compressibility', fluid%compressibility)
-      call end_group(unit)
+      effective = fluid
+      call variables%write(unit, 'fluid')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_fluid
 
 end module fluid_group_m

@@ -4,8 +4,8 @@ module gravity_group_m
    use bounds_m, only: least_size
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, a_switch, namelist_text, require_clean_read, check_size
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: check_size
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -26,11 +26,6 @@ module gravity_group_m
       logical :: ramped = .true.
    end type gravity_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('gx', a_number), &
-                                  variable_t('gy', a_number), &
-                                  variable_t('ramped', a_switch)]
-
 contains
 
    !> Read and check the group.
@@ -40,17 +35,24 @@ contains
       !> Its settings
       type(gravity_t), intent(out) :: gravity
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ gravity
+      type(group_variables_t) :: variables
 
       gravity%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, gravity)
+      call variables%end_reading(errors)
       call check_gravity(slice, gravity, errors)
    end subroutine read_gravity
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, gravity)
+      type(group_variables_t), intent(inout) :: variables
+      type(gravity_t), intent(inout) :: gravity
+
+      call variables%keep('gx', gravity%gx)
+      call variables%keep('gy', gravity%gy)
+      call variables%keep('ramped', gravity%ramped)
+   end subroutine name_variables
 
    !> Ranges and choices.
    subroutine check_gravity(slice, gravity, errors)
@@ -66,12 +68,13 @@ contains
    subroutine write_gravity(gravity, unit)
       type(gravity_t), intent(in) :: gravity
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(gravity_t) :: effective
 
-      call begin_group(unit, 'gravity')
-      call put(unit, 'gx', gravity%gx)
-      call put(unit, 'gy', gravity%gy)
-      call put(unit, 'ramped', gravity%ramped)
-      call end_group(unit)
+      effective = gravity
+      call variables%write(unit, 'gravity')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_gravity
 
 end module gravity_group_m

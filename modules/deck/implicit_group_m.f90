@@ -4,9 +4,8 @@ module implicit_group_m
    use bounds_m, only: least_tolerance
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, a_count, an_option, option_length, namelist_text, &
-                              require_clean_read, check_range, check_least, check_choice
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: option_length, check_range, check_least, check_choice
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -34,15 +33,6 @@ module implicit_group_m
       integer :: max_memory = 0
    end type implicit_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('tolerance', a_number), &
-                                  variable_t('max_iterations', a_count), &
-                                  variable_t('largest_cut', a_count), &
-                                  variable_t('line_search', a_count), &
-                                  variable_t('matrix', an_option), &
-                                  variable_t('max_pseudo_steps', a_count), &
-                                  variable_t('loose_bodies', an_option), &
-                                  variable_t('max_memory', a_count)]
    character(len=*), parameter :: matrices(*) = ['kept', 'new ']
    character(len=*), parameter :: treatments(*) = ['refuse', 'hold  ']
 
@@ -55,15 +45,12 @@ contains
       !> Its settings
       type(implicit_t), intent(out) :: implicit
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ implicit
+      type(group_variables_t) :: variables
 
       implicit%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, implicit)
+      call variables%end_reading(errors)
       call check_range(errors, slice, 'tolerance', implicit%tolerance, least=least_tolerance, below=1.0_wp)
       call check_least(errors, slice, 'max_iterations', implicit%max_iterations, 2)
       call check_least(errors, slice, 'largest_cut', implicit%largest_cut, 0)
@@ -74,21 +61,32 @@ contains
       call check_least(errors, slice, 'max_memory', implicit%max_memory, 0)
    end subroutine read_implicit
 
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, implicit)
+      type(group_variables_t), intent(inout) :: variables
+      type(implicit_t), intent(inout) :: implicit
+
+      call variables%keep('tolerance', implicit%tolerance)
+      call variables%keep('max_iterations', implicit%max_iterations)
+      call variables%keep('largest_cut', implicit%largest_cut)
+      call variables%keep('line_search', implicit%line_search)
+      call variables%keep('matrix', implicit%matrix)
+      call variables%keep('max_pseudo_steps', implicit%max_pseudo_steps)
+      call variables%keep('loose_bodies', implicit%loose_bodies)
+      call variables%keep('max_memory', implicit%max_memory)
+   end subroutine name_variables
+
    !> Write the effective group, every variable.
    subroutine write_implicit(implicit, unit)
       type(implicit_t), intent(in) :: implicit
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(implicit_t) :: effective
 
-      call begin_group(unit, 'implicit')
-      call put(unit, 'tolerance', implicit%tolerance)
-      call put(unit, 'max_iterations', implicit%max_iterations)
-      call put(unit, 'largest_cut', implicit%largest_cut)
-      call put(unit, 'line_search', implicit%line_search)
-      call put(unit, 'matrix', implicit%matrix)
-      call put(unit, 'max_pseudo_steps', implicit%max_pseudo_steps)
-      call put(unit, 'loose_bodies', implicit%loose_bodies)
-      call put(unit, 'max_memory', implicit%max_memory)
-      call end_group(unit)
+      effective = implicit
+      call variables%write(unit, 'implicit')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_implicit
 
 end module implicit_group_m

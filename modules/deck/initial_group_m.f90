@@ -4,9 +4,8 @@ module initial_group_m
    use bounds_m, only: least_size, fastest
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
-                              check_given, check_size
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, check_given, check_size
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -24,11 +23,6 @@ module initial_group_m
       real(wp) :: vy = 0.0_wp
    end type initial_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('vx', a_number), &
-                                  variable_t('vy', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -38,17 +32,24 @@ contains
       !> Its settings
       type(initial_t), intent(out) :: initial
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ initial
+      type(group_variables_t) :: variables
 
       initial%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, initial)
+      call variables%end_reading(errors)
       call check_initial(slice, initial, errors)
    end subroutine read_initial
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, initial)
+      type(group_variables_t), intent(inout) :: variables
+      type(initial_t), intent(inout) :: initial
+
+      call variables%keep('group', initial%group)
+      call variables%keep('vx', initial%vx)
+      call variables%keep('vy', initial%vy)
+   end subroutine name_variables
 
    !> Ranges and choices.
    subroutine check_initial(slice, initial, errors)
@@ -65,12 +66,13 @@ contains
    subroutine write_initial(initial, unit)
       type(initial_t), intent(in) :: initial
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(initial_t) :: effective
 
-      call begin_group(unit, 'initial')
-      call put(unit, 'group', initial%group)
-      call put(unit, 'vx', initial%vx)
-      call put(unit, 'vy', initial%vy)
-      call end_group(unit)
+      effective = initial
+      call variables%write(unit, 'initial')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_initial
 
 end module initial_group_m

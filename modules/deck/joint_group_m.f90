@@ -9,17 +9,15 @@ module joint_group_m
    use law_variable_m, only: law_variable_t, law_settings_t, complaints_t, defaults, default_word, same_variable
    use text_m, only: exact_text, quoted
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, an_option, a_word, name_length, option_length, namelist_text, &
-                              require_clean_read, given_number, given_text, check_range, check_choice, check_given, &
-                              check_idle
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, option_length, check_range, check_choice, check_given, check_idle
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
    public :: read_joint, write_joint, list_warnings
 
-   !> What all laws share
-   type :: shared_t
+   !> &joint
+   type, public :: joint_t
       !> Line of the deck on which the group starts (0: not in the deck)
       integer :: line = 0
       !> Physical curve of the mesh
@@ -40,25 +38,10 @@ module joint_group_m
       character(len=option_length) :: normal_stress = 'contact'
       !> Aperture of walls that part: with the dilation they keep, or eq 31 to the letter
       character(len=option_length) :: aperture = 'continuous'
-   end type shared_t
-
-   !> &joint
-   type, extends(shared_t), public :: joint_t
       !> Variables of the laws, those that are not given with their defaults
       type(law_settings_t) :: settings
    end type joint_t
 
-   !> Those that all laws share; the laws have more (all_variables)
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('law', an_option), &
-                                  variable_t('coupling', an_option), &
-                                  variable_t('friction', an_option), &
-                                  variable_t('normal', an_option), &
-                                  variable_t('contact', an_option), &
-                                  variable_t('penalty', a_number), &
-                                  variable_t('normal_stress', an_option), &
-                                  variable_t('aperture', an_option)]
    character(len=*), parameter :: couplings(*) = ['paper  ', 'coupled']
    character(len=*), parameter :: frictions(*) = ['slider  ', 'velocity']
    character(len=*), parameter :: normals(*) = ['joint  ', 'penalty']
@@ -66,65 +49,97 @@ module joint_group_m
    character(len=*), parameter :: normal_stresses(*) = ['contact', 'walls  ']
    character(len=*), parameter :: apertures(*) = ['continuous', 'eq31      ']
 
-   !> Law variables are listed behind so many
-   integer, parameter :: shown_first = 2
-
 contains
 
    !> Read and check the group.
-   subroutine read_joint(slice, found, errors)
+   subroutine read_joint(slice, joint, errors)
       !> The group as written
       type(group_slice_t), intent(in) :: slice
       !> Its settings
-      type(joint_t), intent(out) :: found
+      type(joint_t), intent(out) :: joint
       type(error_list_t), intent(inout) :: errors
-      type(shared_t) :: joint
-      character(len=:), allocatable :: text
-      character(len=256) :: message
+      type(group_variables_t) :: variables
       type(law_variable_t), allocatable :: of_laws(:)
-      type(variable_t), allocatable :: known(:)
-      integer :: status, i
-      namelist /settings/ joint
+      integer :: i
 
       joint%line = slice%line
       allocate (of_laws, source=all_variables())
-      allocate (known(size(variables) + size(of_laws)))
-      known(:shown_first) = variables(:shown_first)
-      do i = 1, size(of_laws)
-         known(shown_first + i) = variable_t(of_laws(i)%name, kind_of(of_laws(i)), apart=.true.)
-      end do
-      known(shown_first + size(of_laws) + 1:) = variables(shown_first + 1:)
-      call namelist_text(slice, known, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      joint%settings = defaults(of_laws)
+      call variables%read(slice)
+      call name_variables(variables, of_laws, joint)
+      call variables%end_reading(errors)
       call check_joint(slice, joint, errors)
-      found%shared_t = joint
-      found%settings = defaults(of_laws)
       do i = 1, size(of_laws)
-         call read_law_variable(slice, of_laws(i), found%settings, errors)
+         call check_law_variable(slice, of_laws(i), joint%settings, errors)
       end do
-      call check_contact(slice, found, errors)
-      call check_law(slice, found, errors)
+      call check_contact(slice, joint, errors)
+      call check_law(slice, joint, errors)
    end subroutine read_joint
 
-   !> Kind of a law's variable: choices among which are numbers may do without quotes.
-   pure integer function kind_of(variable) result(kind)
-      type(law_variable_t), intent(in) :: variable
-      character(len=option_length), allocatable :: words(:)
+   !> The variables, for reading and writing: every variable of the laws is read; of those of other laws than that of the joint
+   !> the ones that are given are written.
+   subroutine name_variables(variables, of_laws, joint)
+      type(group_variables_t), intent(inout) :: variables
+      type(law_variable_t), intent(in) :: of_laws(:)
+      type(joint_t), intent(inout) :: joint
       integer :: i
 
-      kind = a_number
-      allocate (words, source=words_of(variable%choices))
-      do i = 1, size(words)
-         if (kind == a_number) kind = an_option
-         if (verify(trim(words(i)), '0123456789') == 0) kind = a_word
+      call variables%keep('group', joint%group)
+      call variables%keep('law', joint%law)
+      do i = 1, size(of_laws)
+         if (variables%writing) then
+            if (.not. (belongs(joint%law, of_laws(i)) .or. is_given(joint%settings, of_laws(i)))) cycle
+         end if
+         call name_law_variable(variables, of_laws(i), joint%settings)
       end do
-   end function kind_of
+      call variables%keep('coupling', joint%coupling)
+      call variables%keep('friction', joint%friction)
+      call variables%keep('normal', joint%normal)
+      call variables%keep('contact', joint%contact)
+      call variables%keep('penalty', joint%penalty, 'penalty_factor times young of the wall rock')
+      call variables%keep('normal_stress', joint%normal_stress)
+      call variables%keep('aperture', joint%aperture)
+   end subroutine name_variables
+
+   !> The variable of a law. Choices among which are numbers may do without quotes.
+   subroutine name_law_variable(variables, variable, settings)
+      type(group_variables_t), intent(inout) :: variables
+      type(law_variable_t), intent(in) :: variable
+      type(law_settings_t), intent(inout) :: settings
+      character(len=option_length) :: word
+      real(wp) :: number
+
+      if (variable%choices == '') then
+         number = settings%number(variable%name)
+         if (variable%instead == '') then
+            call variables%keep(trim(variable%name), number)
+         else
+            call variables%keep(trim(variable%name), number, trim(variable%instead))
+         end if
+         call settings%set_number(variable%name, number)
+      else
+         word = settings%word(variable%name)
+         if (has_number(words_of(variable%choices))) then
+            call variables%keep_word(trim(variable%name), word)
+         else
+            call variables%keep(trim(variable%name), word)
+         end if
+         call settings%set_word(variable%name, word)
+      end if
+   end subroutine name_law_variable
+
+   !> Is a whole number among these words?
+   pure logical function has_number(words)
+      character(len=*), intent(in) :: words(:)
+      integer :: i
+
+      has_number = any([(verify(trim(words(i)), '0123456789') == 0, i=1, size(words))])
+   end function has_number
 
    !> Ranges and choices of what all laws share.
    subroutine check_joint(slice, joint, errors)
       type(group_slice_t), intent(in) :: slice
-      type(shared_t), intent(inout) :: joint
+      type(joint_t), intent(inout) :: joint
       type(error_list_t), intent(inout) :: errors
 
       call check_given(errors, slice, 'group', joint%group, 'a physical curve of the mesh')
@@ -138,33 +153,28 @@ contains
       call check_range(errors, slice, 'penalty', joint%penalty, least=least_penalty, most=most_penalty)
    end subroutine check_joint
 
-   !> Value of a law's variable, within its range or among its choices.
-   subroutine read_law_variable(slice, variable, settings, errors)
+   !> A law's variable is within its range or among its choices.
+   subroutine check_law_variable(slice, variable, settings, errors)
       type(group_slice_t), intent(in) :: slice
       type(law_variable_t), intent(in) :: variable
       type(law_settings_t), intent(inout) :: settings
       type(error_list_t), intent(inout) :: errors
       character(len=option_length) :: word
-      real(wp) :: number
       !> Limits that do not exist are not allocated, and thereby not present
       real(wp), allocatable :: above, below, least, most
 
       if (variable%choices /= '') then
          word = settings%word(variable%name)
-         call given_text(slice, trim(variable%name), word)
          call check_choice(errors, slice, trim(variable%name), word, words_of(variable%choices))
          call settings%set_word(variable%name, word)
          return
       end if
-      number = variable%default
-      call given_number(slice, trim(variable%name), number)
       if (is_set(variable%above)) above = variable%above
       if (is_set(variable%below)) below = variable%below
       if (is_set(variable%least)) least = variable%least
       if (is_set(variable%most)) most = variable%most
-      call check_range(errors, slice, trim(variable%name), number, above, below, least, most)
-      call settings%set_number(variable%name, number)
-   end subroutine read_law_variable
+      call check_range(errors, slice, trim(variable%name), settings%number(variable%name), above, below, least, most)
+   end subroutine check_law_variable
 
    !> The words of a list.
    pure function words_of(list) result(words)
@@ -297,41 +307,13 @@ contains
    subroutine write_joint(joint, unit)
       type(joint_t), intent(in) :: joint
       integer, intent(in) :: unit
-      type(law_variable_t), allocatable :: of_laws(:)
-      integer :: i
+      type(group_variables_t) :: variables
+      type(joint_t) :: effective
 
-      call begin_group(unit, 'joint')
-      call put(unit, 'group', joint%group)
-      call put(unit, 'law', joint%law)
-      allocate (of_laws, source=all_variables())
-      do i = 1, size(of_laws)
-         if (.not. (belongs(joint%law, of_laws(i)) .or. is_given(joint%settings, of_laws(i)))) cycle
-         call write_variable(of_laws(i))
-      end do
-      call put(unit, 'coupling', joint%coupling)
-      call put(unit, 'friction', joint%friction)
-      call put(unit, 'normal', joint%normal)
-      call put(unit, 'contact', joint%contact)
-      call put(unit, 'penalty', joint%penalty, 'penalty_factor times young of the wall rock')
-      call put(unit, 'normal_stress', joint%normal_stress)
-      call put(unit, 'aperture', joint%aperture)
-      call end_group(unit)
-
-   contains
-
-      !> Write the variable of a law.
-      subroutine write_variable(variable)
-         type(law_variable_t), intent(in) :: variable
-
-         if (variable%choices /= '') then
-            call put(unit, trim(variable%name), joint%settings%word(variable%name))
-         else if (variable%instead == '') then
-            call put(unit, trim(variable%name), joint%settings%number(variable%name))
-         else
-            call put(unit, trim(variable%name), joint%settings%number(variable%name), trim(variable%instead))
-         end if
-      end subroutine write_variable
-
+      effective = joint
+      call variables%write(unit, 'joint')
+      call name_variables(variables, all_variables(), effective)
+      call variables%end_writing()
    end subroutine write_joint
 
 end module joint_group_m

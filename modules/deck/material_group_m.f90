@@ -5,9 +5,8 @@ module material_group_m
    use bounds_m, only: lightest, heaviest, softest, stiffest, least_factor, most_factor
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
-                              check_range, check_given
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, check_range, check_given
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -29,13 +28,6 @@ module material_group_m
       real(wp) :: penalty_factor = 20.0_wp
    end type material_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('density', a_number), &
-                                  variable_t('young', a_number), &
-                                  variable_t('poisson', a_number), &
-                                  variable_t('penalty_factor', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -45,17 +37,26 @@ contains
       !> Its settings
       type(material_t), intent(out) :: material
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ material
+      type(group_variables_t) :: variables
 
       material%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, material)
+      call variables%end_reading(errors)
       call check_material(slice, material, errors)
    end subroutine read_material
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, material)
+      type(group_variables_t), intent(inout) :: variables
+      type(material_t), intent(inout) :: material
+
+      call variables%keep('group', material%group)
+      call variables%keep('density', material%density)
+      call variables%keep('young', material%young)
+      call variables%keep('poisson', material%poisson)
+      call variables%keep('penalty_factor', material%penalty_factor)
+   end subroutine name_variables
 
    !> Ranges and choices.
    subroutine check_material(slice, material, errors)
@@ -74,14 +75,13 @@ contains
    subroutine write_material(material, unit)
       type(material_t), intent(in) :: material
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(material_t) :: effective
 
-      call begin_group(unit, 'material')
-      call put(unit, 'group', material%group)
-      call put(unit, 'density', material%density)
-      call put(unit, 'young', material%young)
-      call put(unit, 'poisson', material%poisson)
-      call put(unit, 'penalty_factor', material%penalty_factor)
-      call end_group(unit)
+      effective = material
+      call variables%write(unit, 'material')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_material
 
 end module material_group_m

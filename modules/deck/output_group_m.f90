@@ -4,9 +4,8 @@ module output_group_m
    use bounds_m, only: most_time
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_count, a_number, a_path, path_length, namelist_text, &
-                              require_clean_read, check_range, check_least, check_given
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: path_length, check_range, check_least, check_given
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -26,12 +25,6 @@ module output_group_m
       real(wp) :: checkpoint_minutes = 10.0_wp
    end type output_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('directory', a_path), &
-                                  variable_t('fields_every', a_count), &
-                                  variable_t('history_every', a_count), &
-                                  variable_t('checkpoint_minutes', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -41,17 +34,25 @@ contains
       !> Its settings
       type(output_t), intent(out) :: output
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ output
+      type(group_variables_t) :: variables
 
       output%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, output)
+      call variables%end_reading(errors)
       call check_output(slice, output, errors)
    end subroutine read_output
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, output)
+      type(group_variables_t), intent(inout) :: variables
+      type(output_t), intent(inout) :: output
+
+      call variables%keep('directory', output%directory)
+      call variables%keep('fields_every', output%fields_every)
+      call variables%keep('history_every', output%history_every)
+      call variables%keep('checkpoint_minutes', output%checkpoint_minutes)
+   end subroutine name_variables
 
    !> Ranges and choices.
    subroutine check_output(slice, output, errors)
@@ -69,13 +70,13 @@ contains
    subroutine write_output(output, unit)
       type(output_t), intent(in) :: output
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(output_t) :: effective
 
-      call begin_group(unit, 'output')
-      call put(unit, 'directory', output%directory)
-      call put(unit, 'fields_every', output%fields_every)
-      call put(unit, 'history_every', output%history_every)
-      call put(unit, 'checkpoint_minutes', output%checkpoint_minutes)
-      call end_group(unit)
+      effective = output
+      call variables%write(unit, 'output')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_output
 
 end module output_group_m

@@ -3,8 +3,7 @@
 module plan_group_m
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_switch, namelist_text, require_clean_read
-   use deck_write_m, only: begin_group, put, end_group
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -28,14 +27,6 @@ module plan_group_m
       logical :: skip_loads = .true.
    end type plan_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('skip_contact', a_switch), &
-                                  variable_t('skip_search', a_switch), &
-                                  variable_t('skip_nodes', a_switch), &
-                                  variable_t('skip_viscosity', a_switch), &
-                                  variable_t('skip_step', a_switch), &
-                                  variable_t('skip_loads', a_switch)]
-
 contains
 
    !> Read the group; a switch has no wrong values.
@@ -45,30 +36,38 @@ contains
       !> Its settings
       type(plan_t), intent(out) :: plan
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ plan
+      type(group_variables_t) :: variables
 
       plan%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, plan)
+      call variables%end_reading(errors)
    end subroutine read_plan
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, plan)
+      type(group_variables_t), intent(inout) :: variables
+      type(plan_t), intent(inout) :: plan
+
+      call variables%keep('skip_contact', plan%skip_contact)
+      call variables%keep('skip_search', plan%skip_search)
+      call variables%keep('skip_nodes', plan%skip_nodes)
+      call variables%keep('skip_viscosity', plan%skip_viscosity)
+      call variables%keep('skip_step', plan%skip_step)
+      call variables%keep('skip_loads', plan%skip_loads)
+   end subroutine name_variables
 
    !> Write the effective group, every variable.
    subroutine write_plan(plan, unit)
       type(plan_t), intent(in) :: plan
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(plan_t) :: effective
 
-      call begin_group(unit, 'plan')
-      call put(unit, 'skip_contact', plan%skip_contact)
-      call put(unit, 'skip_search', plan%skip_search)
-      call put(unit, 'skip_nodes', plan%skip_nodes)
-      call put(unit, 'skip_viscosity', plan%skip_viscosity)
-      call put(unit, 'skip_step', plan%skip_step)
-      call put(unit, 'skip_loads', plan%skip_loads)
-      call end_group(unit)
+      effective = plan
+      call variables%write(unit, 'plan')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_plan
 
 end module plan_group_m

@@ -4,9 +4,8 @@ module pore_pressure_group_m
    use constants_m, only: unset, is_set
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, &
-                              check_given, check_needed, check_range
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, check_given, check_needed, check_range
+   use group_variables_m, only: group_variables_t
    use boundary_group_m, only: every_stage
    implicit none
    private
@@ -32,12 +31,6 @@ module pore_pressure_group_m
       real(wp) :: biot = 1.0_wp
    end type pore_pressure_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('stage', a_name), &
-                                  variable_t('pressure', a_number), &
-                                  variable_t('biot', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -47,17 +40,25 @@ contains
       !> Its settings
       type(pore_pressure_t), intent(out) :: pore_pressure
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ pore_pressure
+      type(group_variables_t) :: variables
 
       pore_pressure%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, pore_pressure)
+      call variables%end_reading(errors)
       call check_pore_pressure(slice, pore_pressure, errors)
    end subroutine read_pore_pressure
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, pore_pressure)
+      type(group_variables_t), intent(inout) :: variables
+      type(pore_pressure_t), intent(inout) :: pore_pressure
+
+      call variables%keep('group', pore_pressure%group)
+      call variables%keep('stage', pore_pressure%stage)
+      call variables%keep('pressure', pore_pressure%pressure)
+      call variables%keep('biot', pore_pressure%biot)
+   end subroutine name_variables
 
    !> Ranges; combinations of groups are checked with the whole deck.
    subroutine check_pore_pressure(slice, pore_pressure, errors)
@@ -77,13 +78,13 @@ contains
    subroutine write_pore_pressure(pore_pressure, unit)
       type(pore_pressure_t), intent(in) :: pore_pressure
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(pore_pressure_t) :: effective
 
-      call begin_group(unit, 'pore_pressure')
-      call put(unit, 'group', pore_pressure%group)
-      call put(unit, 'stage', pore_pressure%stage)
-      call put(unit, 'pressure', pore_pressure%pressure)
-      call put(unit, 'biot', pore_pressure%biot)
-      call end_group(unit)
+      effective = pore_pressure
+      call variables%write(unit, 'pore_pressure')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_pore_pressure
 
 end module pore_pressure_group_m

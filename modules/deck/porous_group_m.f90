@@ -4,8 +4,8 @@ module porous_group_m
    use constants_m, only: unset
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_name, a_number, name_length, namelist_text, require_clean_read, check_range, check_given
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, check_range, check_given
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -28,12 +28,6 @@ module porous_group_m
       real(wp) :: biot = 1.0_wp
    end type porous_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('group', a_name), &
-                                  variable_t('permeability', a_number), &
-                                  variable_t('storage', a_number), &
-                                  variable_t('biot', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -43,32 +37,40 @@ contains
       !> Its settings
       type(porous_t), intent(out) :: porous
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ porous
+      type(group_variables_t) :: variables
 
       porous%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, porous)
+      call variables%end_reading(errors)
       call check_given(errors, slice, 'group', porous%group, 'a physical surface of the mesh')
       call check_range(errors, slice, 'permeability', porous%permeability, least=0.0_wp, most=most_permeable, required=.true.)
       call check_range(errors, slice, 'storage', porous%storage, least=0.0_wp, most=softest)
       call check_range(errors, slice, 'biot', porous%biot, least=0.0_wp, most=1.0_wp)
    end subroutine read_porous
 
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, porous)
+      type(group_variables_t), intent(inout) :: variables
+      type(porous_t), intent(inout) :: porous
+
+      call variables%keep('group', porous%group)
+      call variables%keep('permeability', porous%permeability)
+      call variables%keep('storage', porous%storage)
+      call variables%keep('biot', porous%biot)
+   end subroutine name_variables
+
    !> Write the effective group, every variable.
    subroutine write_porous(porous, unit)
       type(porous_t), intent(in) :: porous
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(porous_t) :: effective
 
-      call begin_group(unit, 'porous')
-      call put(unit, 'group', porous%group)
-      call put(unit, 'permeability', porous%permeability)
-      call put(unit, 'storage', porous%storage)
-      call put(unit, 'biot', porous%biot)
-      call end_group(unit)
+      effective = porous
+      call variables%write(unit, 'porous')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_porous
 
 end module porous_group_m

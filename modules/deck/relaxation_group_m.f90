@@ -4,8 +4,8 @@ module relaxation_group_m
    use bounds_m, only: least_part, least_tolerance
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, a_count, namelist_text, require_clean_read, check_range, check_least
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: check_range, check_least
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -25,12 +25,6 @@ module relaxation_group_m
       real(wp) :: safety = 0.9_wp
    end type relaxation_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('tolerance', a_number), &
-                                  variable_t('max_steps', a_count), &
-                                  variable_t('substeps', a_count), &
-                                  variable_t('safety', a_number)]
-
 contains
 
    !> Read and check the group.
@@ -40,32 +34,40 @@ contains
       !> Its settings
       type(relaxation_t), intent(out) :: relaxation
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ relaxation
+      type(group_variables_t) :: variables
 
       relaxation%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, relaxation)
+      call variables%end_reading(errors)
       call check_range(errors, slice, 'tolerance', relaxation%tolerance, least=least_tolerance, below=1.0_wp)
       call check_least(errors, slice, 'max_steps', relaxation%max_steps, 1)
       call check_least(errors, slice, 'substeps', relaxation%substeps, 1)
       call check_range(errors, slice, 'safety', relaxation%safety, least=least_part, most=1.0_wp)
    end subroutine read_relaxation
 
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, relaxation)
+      type(group_variables_t), intent(inout) :: variables
+      type(relaxation_t), intent(inout) :: relaxation
+
+      call variables%keep('tolerance', relaxation%tolerance)
+      call variables%keep('max_steps', relaxation%max_steps)
+      call variables%keep('substeps', relaxation%substeps)
+      call variables%keep('safety', relaxation%safety)
+   end subroutine name_variables
+
    !> Write the effective group, every variable.
    subroutine write_relaxation(relaxation, unit)
       type(relaxation_t), intent(in) :: relaxation
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(relaxation_t) :: effective
 
-      call begin_group(unit, 'relaxation')
-      call put(unit, 'tolerance', relaxation%tolerance)
-      call put(unit, 'max_steps', relaxation%max_steps)
-      call put(unit, 'substeps', relaxation%substeps)
-      call put(unit, 'safety', relaxation%safety)
-      call end_group(unit)
+      effective = relaxation
+      call variables%write(unit, 'relaxation')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_relaxation
 
 end module relaxation_group_m

@@ -2,9 +2,8 @@
 module run_group_m
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_path, a_switch, an_option, option_length, path_length, namelist_text, &
-                              require_clean_read, check_choice, check_given
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: option_length, path_length, check_choice, check_given
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -24,11 +23,6 @@ module run_group_m
       logical :: long = .false.
    end type run_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('title', a_path), &
-                                  variable_t('mesh', a_path), &
-                                  variable_t('solver', an_option), &
-                                  variable_t('long', a_switch)]
    character(len=*), parameter :: solvers(*) = ['auto      ', 'explicit  ', 'implicit  ', 'relaxation']
 
 contains
@@ -40,17 +34,25 @@ contains
       !> Its settings
       type(run_t), intent(out) :: run
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ run
+      type(group_variables_t) :: variables
 
       run%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, run)
+      call variables%end_reading(errors)
       call check_run(slice, run, errors)
    end subroutine read_run
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, run)
+      type(group_variables_t), intent(inout) :: variables
+      type(run_t), intent(inout) :: run
+
+      call variables%keep('title', run%title)
+      call variables%keep('mesh', run%mesh)
+      call variables%keep('solver', run%solver)
+      call variables%keep('long', run%long)
+   end subroutine name_variables
 
    !> Ranges and choices.
    subroutine check_run(slice, run, errors)
@@ -66,13 +68,13 @@ contains
    subroutine write_run(run, unit)
       type(run_t), intent(in) :: run
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(run_t) :: effective
 
-      call begin_group(unit, 'run')
-      call put(unit, 'title', run%title)
-      call put(unit, 'mesh', run%mesh)
-      call put(unit, 'solver', run%solver)
-      call put(unit, 'long', run%long)
-      call end_group(unit)
+      effective = run
+      call variables%write(unit, 'run')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_run
 
 end module run_group_m

@@ -5,10 +5,8 @@ module stage_group_m
    use bounds_m, only: least_time, most_time, least_tolerance
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_count, a_name, a_number, an_option, name_length, option_length, &
-                              namelist_text, require_clean_read, check_range, check_least, check_choice, &
-                              check_given, check_idle
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: name_length, option_length, check_range, check_least, check_choice, check_given, check_idle
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -37,14 +35,6 @@ module stage_group_m
       character(len=option_length) :: profile = 'smooth'
    end type stage_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('name', a_name), &
-                                  variable_t('cycles', a_count), &
-                                  variable_t('move_time', a_number), &
-                                  variable_t('rest_time', a_number), &
-                                  variable_t('equilibrium', a_number), &
-                                  variable_t('max_rest_time', a_number), &
-                                  variable_t('profile', an_option)]
    character(len=*), parameter :: profiles(*) = ['smooth  ', 'constant']
 
 contains
@@ -56,21 +46,32 @@ contains
       !> Its settings
       type(stage_t), intent(out) :: stage
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ stage
+      type(group_variables_t) :: variables
 
       stage%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, stage)
+      call variables%end_reading(errors)
       ! A rest until equilibrium must be able to end.
       if (is_set(stage%equilibrium) .and. is_set(stage%move_time) .and. slice%find('max_rest_time') == 0) then
          stage%max_rest_time = patience*stage%move_time
       end if
       call check_stage(slice, stage, errors)
    end subroutine read_stage
+
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, stage)
+      type(group_variables_t), intent(inout) :: variables
+      type(stage_t), intent(inout) :: stage
+
+      call variables%keep('name', stage%name)
+      call variables%keep('cycles', stage%cycles)
+      call variables%keep('move_time', stage%move_time)
+      call variables%keep('rest_time', stage%rest_time)
+      call variables%keep('equilibrium', stage%equilibrium, 'the rest lasts rest_time')
+      call variables%keep('max_rest_time', stage%max_rest_time)
+      call variables%keep('profile', stage%profile)
+   end subroutine name_variables
 
    !> Ranges and choices.
    subroutine check_stage(slice, stage, errors)
@@ -94,16 +95,13 @@ contains
    subroutine write_stage(stage, unit)
       type(stage_t), intent(in) :: stage
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(stage_t) :: effective
 
-      call begin_group(unit, 'stage')
-      call put(unit, 'name', stage%name)
-      call put(unit, 'cycles', stage%cycles)
-      call put(unit, 'move_time', stage%move_time)
-      call put(unit, 'rest_time', stage%rest_time)
-      call put(unit, 'equilibrium', stage%equilibrium, 'the rest lasts rest_time')
-      call put(unit, 'max_rest_time', stage%max_rest_time)
-      call put(unit, 'profile', stage%profile)
-      call end_group(unit)
+      effective = stage
+      call variables%write(unit, 'stage')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_stage
 
 end module stage_group_m

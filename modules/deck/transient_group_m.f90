@@ -4,9 +4,8 @@ module transient_group_m
    use constants_m, only: unset
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: variable_t, a_number, an_option, option_length, namelist_text, require_clean_read, check_range, &
-                              check_choice
-   use deck_write_m, only: begin_group, put, end_group
+   use deck_variable_m, only: option_length, check_range, check_choice
+   use group_variables_m, only: group_variables_t
    implicit none
    private
 
@@ -26,13 +25,6 @@ module transient_group_m
       real(wp) :: initial_pressure = 0.0_wp
    end type transient_t
 
-   type(variable_t), parameter :: variables(*) = [ &
-                                  variable_t('duration', a_number), &
-                                  variable_t('step', a_number), &
-                                  variable_t('output_interval', a_number), &
-                                  variable_t('steps', an_option), &
-                                  variable_t('tolerance', a_number), &
-                                  variable_t('initial_pressure', a_number)]
    character(len=*), parameter :: choices(*) = ['adaptive', 'fixed   ']
 
 contains
@@ -44,15 +36,12 @@ contains
       !> Its settings
       type(transient_t), intent(out) :: transient
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      character(len=256) :: message
-      integer :: status
-      namelist /settings/ transient
+      type(group_variables_t) :: variables
 
       transient%line = slice%line
-      call namelist_text(slice, variables, text, errors)
-      read (text, nml=settings, iostat=status, iomsg=message)
-      call require_clean_read(slice, status, message, errors)
+      call variables%read(slice)
+      call name_variables(variables, transient)
+      call variables%end_reading(errors)
       call check_range(errors, slice, 'duration', transient%duration, above=0.0_wp, required=.true.)
       call check_range(errors, slice, 'step', transient%step, above=0.0_wp, required=.true.)
       call check_range(errors, slice, 'output_interval', transient%output_interval, above=0.0_wp)
@@ -60,19 +49,30 @@ contains
       call check_range(errors, slice, 'tolerance', transient%tolerance, above=0.0_wp, below=1.0_wp)
    end subroutine read_transient
 
+   !> The variables, for reading and writing.
+   subroutine name_variables(variables, transient)
+      type(group_variables_t), intent(inout) :: variables
+      type(transient_t), intent(inout) :: transient
+
+      call variables%keep('duration', transient%duration)
+      call variables%keep('step', transient%step)
+      call variables%keep('output_interval', transient%output_interval, 'one output, at the end')
+      call variables%keep('steps', transient%steps)
+      call variables%keep('tolerance', transient%tolerance)
+      call variables%keep('initial_pressure', transient%initial_pressure)
+   end subroutine name_variables
+
    !> Write the effective group, every variable.
    subroutine write_transient(transient, unit)
       type(transient_t), intent(in) :: transient
       integer, intent(in) :: unit
+      type(group_variables_t) :: variables
+      type(transient_t) :: effective
 
-      call begin_group(unit, 'transient')
-      call put(unit, 'duration', transient%duration)
-      call put(unit, 'step', transient%step)
-      call put(unit, 'output_interval', transient%output_interval, 'one output, at the end')
-      call put(unit, 'steps', transient%steps)
-      call put(unit, 'tolerance', transient%tolerance)
-      call put(unit, 'initial_pressure', transient%initial_pressure)
-      call end_group(unit)
+      effective = transient
+      call variables%write(unit, 'transient')
+      call name_variables(variables, effective)
+      call variables%end_writing()
    end subroutine write_transient
 
 end module transient_group_m
