@@ -11,6 +11,8 @@ target_compile_options(femdem_flags INTERFACE $<$<COMPILE_LANGUAGE:Fortran>:-Wno
 set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -g1 -fno-math-errno -fno-trapping-math -fopenmp-simd")
 # Array temporaries are no error, and their warnings would drown the program's own messages.
 set(CMAKE_Fortran_FLAGS_DEBUG "-Og -g -fcheck=all,no-array-temps -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived")
+# What goes past the ends of arrays and allocations without a bounds check noticing, memory that is lost, and undefined arithmetic.
+set(CMAKE_Fortran_FLAGS_SANITIZE "-O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer")
 if(FEMDEM_NATIVE AND CMAKE_BUILD_TYPE STREQUAL "Release")
   target_compile_options(femdem_flags INTERFACE $<$<COMPILE_LANGUAGE:Fortran>:-march=native>)
 endif()
