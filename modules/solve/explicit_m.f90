@@ -60,6 +60,8 @@ module explicit_m
       logical :: moving = .true.
       !> Time to cover and covered [s], step [s]
       real(wp) :: duration = 0.0_wp, elapsed = 0.0_wp, dt = 0.0_wp
+      !> How far velocities are behind displacements: half a step, but where all is known at one time [s]
+      real(wp) :: lag = 0.0_wp
       !> Steps to come, and since the last look at equilibrium and at the clock
       integer(i8) :: steps_left = 0_i8
       integer :: since_look = 0
@@ -99,7 +101,7 @@ contains
             call step_on(model, stage, cycle, goes_on, log, progress, march, state, report, errors)
             if (report%breaks%any()) return
             if (.not. march%moving .or. rest_time <= 0.0_wp .or. errors%any() .or. report%interrupted) exit
-            march = march_t(moving=.false., duration=rest_time)
+            march = march_t(moving=.false., duration=rest_time, lag=march%lag)
             goes_on = .false.
          end do
          if (abs(state%energy%external) > 0.0_wp) report%overshoot = sqrt(report%overshoot/abs(state%energy%external))
@@ -109,6 +111,9 @@ contains
          ! Stresses and joints as they are now: those of the last step were found before it moved the nodes
          call find_forces(model, real(cycle, wp)/real(settings%cycles, wp), state, searched)
          if (model%can_break) call follow_bonds(model%bonds, model%split%x, state%u, state%bonds)
+         ! The velocities catch up: all energies are then those of one time
+         if (march%lag > 0.0_wp) call move(model, merge(1.0_wp, 0.0_wp, march%moving .and. settings%profile == 'constant'), &
+                                           march%lag, 0.0_wp, state)
       end associate
       state%energy%kinetic = kinetic_energy(state%mass, state%v)
       state%energy%strain = strain_energy(model%solid, state%u)
@@ -135,7 +140,6 @@ contains
       ! What is driven at a given speed has that much kinetic energy, however slowly it goes
       by_loads = .not. march%moving .or. .not. any(abs(model%loads%velocity) > 0.0_wp)
       broken = goes_on
-      searched = .false.
       report%breaks = breaks_t()
       if (.not. goes_on) call fit_step()
       do while (march%steps_left > 0_i8 .or. broken)
@@ -144,8 +148,13 @@ contains
             call profile(model, stage, march%moving, fraction, 0.5_wp*march%dt/march%duration, part, motion)
             level = (real(cycle - 1, wp) + part)/real(model%deck%stage(stage)%cycles, wp)
             call find_forces(model, level, state, searched)
-            call move_nodes(model%loads, motion, model%local_damping, march%dt, state)
-            if (model%can_break) call account_release(march%dt, state)
+            if (searched) then
+               ! The step must suit the new pairs before they touch
+               call fit_step()
+               call profile(model, stage, march%moving, fraction, 0.5_wp*march%dt/march%duration, part, motion)
+            end if
+            call move(model, motion, march%lag + 0.5_wp*march%dt, march%dt, state)
+            march%lag = 0.5_wp*march%dt
             march%elapsed = march%elapsed + march%dt
             state%time = state%time + march%dt
             state%step = state%step + 1_i8
@@ -167,7 +176,7 @@ contains
          end if
          ! After the last step there is nothing left to divide
          if (march%steps_left > 0_i8 .and. &
-             (searched .or. broken .or. state%walls%moved_on .or. have_stiffened(model%joints, state%tractions) .or. &
+             (broken .or. state%walls%moved_on .or. have_stiffened(model%joints, state%tractions) .or. &
               .not. model%deck%plan%skip_step)) call fit_step()
          broken = .false.
          march%since_look = march%since_look + 1
@@ -201,6 +210,18 @@ contains
 
    end subroutine step_on
 
+   !> Move the nodes, with the work of the forces that new cracks let go of.
+   subroutine move(model, motion, kick, drift, state)
+      type(model_t), intent(in) :: model
+      !> As move_nodes has them
+      real(wp), intent(in) :: motion, kick, drift
+      type(state_t), intent(inout) :: state
+
+      if (model%can_break) call account_release(0.5_wp*kick, state)
+      call move_nodes(model%loads, motion, model%local_damping, kick, drift, state)
+      if (model%can_break) call account_release(0.5_wp*kick, state)
+   end subroutine move
+
    !> Where loads and prescribed motion stand at a fraction of a move: the part of the cycle's load increment that is on
    !> at its end, and the factor of the prescribed velocities over the step. A rest has all of the increment and no motion.
    pure subroutine profile(model, stage, moving, fraction, half_step, part, motion)
@@ -225,14 +246,14 @@ contains
    end subroutine profile
 
    !> What letting go of the forces of new cracks takes out of the motion counts as damping.
-   subroutine account_release(dt, state)
-      !> Step just done [s]
-      real(wp), intent(in) :: dt
+   subroutine account_release(time, state)
+      !> Half of the time that they act on the velocities, once before these change and once after [s]
+      real(wp), intent(in) :: time
       type(state_t), intent(inout) :: state
       real(wp) :: factor
 
       factor = release_factor(state)
-      if (factor > 0.0_wp) state%energy%damping = state%energy%damping - factor*dt*sum(state%release*state%v)
+      if (factor > 0.0_wp) state%energy%damping = state%energy%damping - factor*time*sum(state%release*state%v)
    end subroutine account_release
 
    !> Say when and where the motion has grown out of all bounds.

@@ -13,16 +13,16 @@ module motion_m
 
 contains
 
-   !> Advance velocities and displacements by one step of eq 1 (semi-implicit Euler, kick then drift) and add the step's
-   !> work to the energy account; the kinetic energy after it is there at no cost.
-   pure subroutine move_nodes(loads, motion, local_damping, dt, state)
+   !> Advance velocities and displacements by one step of eq 1 (kick then drift) and add the work of the kick to the energy
+   !> account; the kinetic energy after it is there at no cost.
+   pure subroutine move_nodes(loads, motion, local_damping, kick, drift, state)
       type(loads_t), intent(in) :: loads
       !> Prescribed velocities act times this: 1 or a smooth profile while the stage moves, 0 while it rests
       real(wp), intent(in) :: motion
       !> Cundall's local damping: this part of the unbalanced force acts against the velocity (0: none)
       real(wp), intent(in) :: local_damping
-      !> Step [s]
-      real(wp), intent(in) :: dt
+      !> Time that the forces act on the velocities, and time that the nodes go on with these [s]
+      real(wp), intent(in) :: kick, drift
       type(state_t), intent(inout) :: state
       real(wp), dimension(2, block_size) :: viscous, mass, free
       real(wp) :: work(5)
@@ -38,7 +38,7 @@ contains
             mass(i, :m) = state%mass(first:last)
          end do
          free(:, :m) = merge(0.0_wp, 1.0_wp, loads%fixed(:, first:last))
-         call kick_and_drift(2*m, free, loads%velocity(:, first:last), motion, local_damping, dt, mass, &
+         call kick_and_drift(2*m, free, loads%velocity(:, first:last), motion, local_damping, kick, drift, mass, &
                              state%solid(:, first:last), state%normal(:, first:last), state%friction(:, first:last), &
                              state%load(:, first:last), viscous, state%v(:, first:last), state%u(:, first:last), work)
       end do
@@ -51,16 +51,16 @@ contains
       end associate
    end subroutine move_nodes
 
-   !> One step of a block of nodes, without branches. The work of a force over the kick is f.(v_old + v_new)/2 dt, which
+   !> One step of a block of nodes, without branches. The work of a force over the kick is f.(v_old + v_new)/2 kick, which
    !> changes the kinetic energy exactly; that of a prescribed node's reaction is found the same way.
-   pure subroutine kick_and_drift(n, free, velocity, motion, local_damping, dt, mass, solid, normal, friction, load, &
-                                  viscous, v, u, work)
+   pure subroutine kick_and_drift(n, free, velocity, motion, local_damping, kick, drift, mass, solid, normal, friction, &
+                                  load, viscous, v, u, work)
       !> Components: two a node
       integer, intent(in) :: n
       !> 0 where the component is prescribed, else 1; prescribed velocity (n) [m/s]
       real(wp), intent(in) :: free(n), velocity(n)
-      !> Factor of the prescribed velocities, part of the force that damps locally, step [s]
-      real(wp), intent(in) :: motion, local_damping, dt
+      !> Factor of the prescribed velocities, part of the force that damps locally, times of kick and drift [s]
+      real(wp), intent(in) :: motion, local_damping, kick, drift
       !> Nodal mass (n) [kg per m]
       real(wp), intent(in) :: mass(n)
       !> Nodal forces (n) [N per m]
@@ -81,15 +81,15 @@ contains
       do i = 1, n
          force = solid(i) + normal(i) + friction(i) + load(i)
          damping = viscous(i) - free(i)*sign(local_damping*abs(force), v(i))
-         new = free(i)*(v(i) + dt*(force + damping)/mass(i)) + (1.0_wp - free(i))*velocity(i)*motion
-         path = 0.5_wp*(v(i) + new)*dt
+         new = free(i)*(v(i) + kick*(force + damping)/mass(i)) + (1.0_wp - free(i))*velocity(i)*motion
+         path = 0.5_wp*(v(i) + new)*kick
          contact = contact - normal(i)*path
          rubbing = rubbing - friction(i)*path
-         external = external + path*(load(i) + (1.0_wp - free(i))*(mass(i)*(new - v(i))/dt - force - damping))
+         external = external + path*(load(i) + (1.0_wp - free(i))*(mass(i)*(new - v(i))/kick - force - damping))
          dissipated = dissipated - damping*path
          twice_kinetic = twice_kinetic + mass(i)*new**2
          v(i) = new
-         u(i) = u(i) + dt*new
+         u(i) = u(i) + drift*new
       end do
       work = work + [contact, rubbing, external, dissipated, 0.5_wp*twice_kinetic]
    end subroutine kick_and_drift

@@ -7,28 +7,28 @@ from scene_motion import changed_deck, output_says, run_deck
 
 
 def check(results):
+    # What is missing grows and grows, and ends the run
     output_says(
         results,
-        "warning: the energy account is off by ",
-        "error: the energy account was off by ",
+        "error: the energy account is off by ",
         " of the work put in at time ",
         "stage 'load', cycle ",
-        "lost while kinetic_J changed most",
+        "_J changed most",
     )
-    assert Results(results).history["cycle"][-1] == 60
+    assert Results(results).history["cycle"][-1] < 60, "the run went on"
 
-    # A third is missing: a warning when it happens, and one at the end
+    # It has not lasted at the end of the run
     folder = Path(results).parent
-    short = changed_deck(folder, "impact.nml", "short.nml", ("cycles = 60", "cycles = 17"))
-    run_deck(folder, short, "short")
-    said = (folder / "short" / "run.log").read_text(encoding="utf-8")
-    assert said.count("warning: the energy account was off by ") == 1
+    short = changed_deck(folder, "impact.nml", "short.nml", ("cycles = 60", "cycles = 16"))
+    said = (run_deck(folder, short, "short", status=1) / "run.log").read_text(encoding="utf-8")
+    assert "error: the energy account was off by " in said
+    assert Results(folder / "short").history["cycle"][-1] == 16
 
-    # Stiffer: what is missing grows and grows, and ends the run
+    # A softer contact: less is missing, a warning when it happens and one at the end
     body = "group = '{}', density = 2700, young = 1e8, poisson = 0.25, penalty_factor = {}"
-    stiffer = [(body.format(name, 100), body.format(name, 300)) for name in ("left", "right")]
-    stiff = changed_deck(folder, "impact.nml", "stiff.nml", ("step = 1e-5", "step = 1.5e-5"), *stiffer)
-    stiff_results = run_deck(folder, stiff, "stiff", status=1)
-    said = (stiff_results / "run.log").read_text(encoding="utf-8")
-    assert "error: the energy account is off by " in said
-    assert Results(stiff_results).history["cycle"][-1] < 60, "the run went on"
+    softer = [(body.format(name, 300), body.format(name, 100)) for name in ("left", "right")]
+    soft = changed_deck(folder, "impact.nml", "soft.nml", ("step = 1.5e-5", "step = 1.1e-5"), *softer)
+    said = (run_deck(folder, soft, "soft") / "run.log").read_text(encoding="utf-8")
+    assert said.count("warning: the energy account is off by ") == 1
+    assert said.count("warning: the energy account was off by ") == 1
+    assert "warning: the contact has given out " in said
