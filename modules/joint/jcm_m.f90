@@ -21,7 +21,7 @@ module jcm_m
    public :: peak_strength, shear_strength, mobilised_ratio, mobilised_ratio_slope, mobilised_angle, mobilised_friction
    public :: roughness_logarithm, peak_displacement_eq14, peak_displacement_eq15, peak_displacement
    public :: shear_stiffness, shear_stress_sensitivity, elastic_shear_stiffness, residual_shear_stiffness
-   public :: damage_coefficient, peak_dilation_ratio, dilation_angle, dilation_increment, tangent_matrix, aperture
+   public :: damage_coefficient, peak_dilation_ratio, dilation_angle, dilation_increment, aperture
 
    !> Names of the deck's choices (values are distinct so that one name function serves all)
    integer, parameter, public :: unknown_option = 0
@@ -754,17 +754,7 @@ contains
       end if
    end function dilation_by_angle
 
-   ! ---- Coupling and aperture: eqs 23 to 26 and 31 -----------------------------------------------------------------
-
-   !> Eqs 23 to 26: (dsn, dtau) = matrix (dv, du) (2, 2) [MPa/mm].
-   pure function tangent_matrix(knn, dilation_slope, ktt) result(matrix)
-      !> Normal stiffness [MPa/mm], tan(dmob) [-], shear stiffness [MPa/mm]
-      real(wp), intent(in) :: knn, dilation_slope, ktt
-      real(wp) :: matrix(2, 2)
-
-      matrix(1, :) = [knn, knn*dilation_slope]                                                      ! (24)
-      matrix(2, :) = [0.0_wp, ktt]                                                                  ! (25)
-   end function tangent_matrix
+   ! ---- Aperture: eq 31 --------------------------------------------------------------------------------------------
 
    !> Eq 31: aperture [mm], never below zero (vm can exceed a0).
    pure real(wp) function aperture(a0, w, v)

@@ -1,6 +1,6 @@
-!> checkpoint.h5: everything a run needs to go on; explicit runs do so bit for bit, implicit ones to rounding, since their matrix
-!> is made anew. Written beside the old one, sealed with a checksum and
-!> renamed when complete, so a kill at any moment leaves one that can be used, and one that is damaged is not.
+!> checkpoint.h5: everything a run needs to go on, bit for bit. Written beside the old one, sealed with a checksum and renamed when
+!> complete, so a kill at any moment leaves one that can be used, and one that is damaged is not. Procedures that differ in the
+!> type of their value alone include one text (*.inc).
 module checkpoint_m
    use errors_m, only: error_list_t
    use files_m, only: replace_file, file_exists
@@ -172,59 +172,38 @@ contains
    end subroutine save_text
 
    subroutine save_real(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), intent(in) :: value
-
-      call self%file%put('/', name, value)
+      include 'save_scalar.inc'
    end subroutine save_real
 
    subroutine save_integer(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, intent(in) :: value
-
-      call self%file%put('/', name, value)
+      include 'save_scalar.inc'
    end subroutine save_integer
 
    subroutine save_long(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer(i8), intent(in) :: value
-
-      call self%file%put('/', name, value)
+      include 'save_scalar.inc'
    end subroutine save_long
 
    subroutine save_real_1(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), intent(in) :: value(:)
-
-      call self%file%write('/'//name, value, 'solver', 'restart data '//name)
+      include 'save_array.inc'
    end subroutine save_real_1
 
    subroutine save_real_2(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), intent(in) :: value(:, :)
-
-      call self%file%write('/'//name, value, 'solver', 'restart data '//name)
+      include 'save_array.inc'
    end subroutine save_real_2
 
    subroutine save_integer_1(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, intent(in) :: value(:)
-
-      call self%file%write('/'//name, value, 'solver', 'restart data '//name)
+      include 'save_array.inc'
    end subroutine save_integer_1
 
    subroutine save_integer_2(self, name, value)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, intent(in) :: value(:, :)
-
-      call self%file%write('/'//name, value, 'solver', 'restart data '//name)
+      include 'save_array.inc'
    end subroutine save_integer_2
 
    ! ---- Load --------------------------------------------------------------------------------------------------------
@@ -240,125 +219,59 @@ contains
    end subroutine load_text
 
    subroutine load_real(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), intent(out) :: value
-      type(error_list_t), intent(inout) :: errors
-
-      value = 0.0_wp
-      if (known(self, name, errors)) call self%file%get('/', name, value)
+      include 'load_scalar.inc'
    end subroutine load_real
 
    subroutine load_integer(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, intent(out) :: value
-      type(error_list_t), intent(inout) :: errors
-
-      value = 0
-      if (known(self, name, errors)) call self%file%get('/', name, value)
+      include 'load_scalar.inc'
    end subroutine load_integer
 
    subroutine load_long(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer(i8), intent(out) :: value
-      type(error_list_t), intent(inout) :: errors
-
-      value = 0_i8
-      if (known(self, name, errors)) call self%file%get('/', name, value)
+      include 'load_scalar.inc'
    end subroutine load_long
 
    subroutine load_real_1(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: value(:)
-      type(error_list_t), intent(inout) :: errors
       real(wp), allocatable :: found(:)
-
-      if (.not. known(self, name, errors)) return
-      call self%file%read('/'//name, found)
-      if (allocated(value)) then
-         if (.not. same_shape(self, name, shape(value), shape(found), errors)) return
-      end if
-      call move_alloc(found, value)
+      include 'load_array.inc'
    end subroutine load_real_1
 
    subroutine load_real_2(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: value(:, :)
-      type(error_list_t), intent(inout) :: errors
       real(wp), allocatable :: found(:, :)
-
-      if (.not. known(self, name, errors)) return
-      call self%file%read('/'//name, found)
-      if (allocated(value)) then
-         if (.not. same_shape(self, name, shape(value), shape(found), errors)) return
-      end if
-      call move_alloc(found, value)
+      include 'load_array.inc'
    end subroutine load_real_2
 
    subroutine load_integer_1(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, allocatable, intent(inout) :: value(:)
-      type(error_list_t), intent(inout) :: errors
       integer, allocatable :: found(:)
-
-      if (.not. known(self, name, errors)) return
-      call self%file%read('/'//name, found)
-      if (allocated(value)) then
-         if (.not. same_shape(self, name, shape(value), shape(found), errors)) return
-      end if
-      call move_alloc(found, value)
+      include 'load_array.inc'
    end subroutine load_integer_1
 
    subroutine load_integer_2(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, allocatable, intent(inout) :: value(:, :)
-      type(error_list_t), intent(inout) :: errors
       integer, allocatable :: found(:, :)
-
-      if (.not. known(self, name, errors)) return
-      call self%file%read('/'//name, found)
-      if (allocated(value)) then
-         if (.not. same_shape(self, name, shape(value), shape(found), errors)) return
-      end if
-      call move_alloc(found, value)
+      include 'load_array.inc'
    end subroutine load_integer_2
 
    ! ---- Keep --------------------------------------------------------------------------------------------------------
 
    subroutine keep_real(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), intent(inout) :: value
-      type(error_list_t), intent(inout) :: errors
-
-      if (self%writing) call self%save(name, value)
-      if (.not. self%writing) call self%load(name, value, errors)
+      include 'keep.inc'
    end subroutine keep_real
 
    subroutine keep_integer(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, intent(inout) :: value
-      type(error_list_t), intent(inout) :: errors
-
-      if (self%writing) call self%save(name, value)
-      if (.not. self%writing) call self%load(name, value, errors)
+      include 'keep.inc'
    end subroutine keep_integer
 
    subroutine keep_long(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer(i8), intent(inout) :: value
-      type(error_list_t), intent(inout) :: errors
-
-      if (self%writing) call self%save(name, value)
-      if (.not. self%writing) call self%load(name, value, errors)
+      include 'keep.inc'
    end subroutine keep_long
 
    subroutine keep_logical(self, name, value, errors)
@@ -374,43 +287,23 @@ contains
    end subroutine keep_logical
 
    subroutine keep_real_1(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: value(:)
-      type(error_list_t), intent(inout) :: errors
-
-      if (self%writing) call self%save(name, value)
-      if (.not. self%writing) call self%load(name, value, errors)
+      include 'keep.inc'
    end subroutine keep_real_1
 
    subroutine keep_real_2(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       real(wp), allocatable, intent(inout) :: value(:, :)
-      type(error_list_t), intent(inout) :: errors
-
-      if (self%writing) call self%save(name, value)
-      if (.not. self%writing) call self%load(name, value, errors)
+      include 'keep.inc'
    end subroutine keep_real_2
 
    subroutine keep_integer_1(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, allocatable, intent(inout) :: value(:)
-      type(error_list_t), intent(inout) :: errors
-
-      if (self%writing) call self%save(name, value)
-      if (.not. self%writing) call self%load(name, value, errors)
+      include 'keep.inc'
    end subroutine keep_integer_1
 
    subroutine keep_integer_2(self, name, value, errors)
-      class(checkpoint_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
       integer, allocatable, intent(inout) :: value(:, :)
-      type(error_list_t), intent(inout) :: errors
-
-      if (self%writing) call self%save(name, value)
-      if (.not. self%writing) call self%load(name, value, errors)
+      include 'keep.inc'
    end subroutine keep_integer_2
 
    !> Was it saved? An error otherwise.

@@ -30,7 +30,7 @@ module solid_m
    end type solid_t
 
    public :: init_solid, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, strain_energy, &
-             solid_stiffness_bound, solid_damping_bound
+             solid_stiffness_bound, solid_damping_bound, decompose
 
 contains
 
@@ -100,7 +100,7 @@ contains
       !> Nodal force (2, nodes) [N per m of thickness]
       real(wp), contiguous, intent(inout) :: force(:, :)
       real(wp), dimension(block_size) :: d1x, d1y, d2x, d2y, f1x, f1y, f2x, f2y
-      real(wp) :: h11, h12, h21, h22, c, s, r, e11, e22, e12, bend, trace, t11, t22, t12, p11, p12, p21, p22
+      real(wp) :: h11, h12, h21, h22, c, s, trace_u, e11, e22, e12, trace, t11, t22, t12, p11, p12, p21, p22
       integer :: first, m, k, e, n1, n2, n3
 
       do first = 1, size(solid%node, 2), block_size
@@ -120,17 +120,7 @@ contains
             h12 = d1x(k)*solid%c1(e) + d2x(k)*solid%c2(e)
             h21 = d1y(k)*solid%b1(e) + d2y(k)*solid%b2(e)
             h22 = d1y(k)*solid%c1(e) + d2y(k)*solid%c2(e)
-            ! Rotation R = [c -s; s c]
-            c = 2.0_wp + h11 + h22
-            s = h21 - h12
-            r = 1.0_wp/sqrt(c*c + s*s)
-            c = c*r
-            s = s*r
-            ! U - I = R^T (I + H) - I, with 1 - c written as s^2/(1 + c) where that is the more exact
-            bend = merge(s*s/(1.0_wp + abs(c)), 1.0_wp - c, c > 0.0_wp)
-            e11 = c*h11 + s*h21 - bend
-            e22 = c*h22 - s*h12 - bend
-            e12 = 0.5_wp*(c*(h12 + h21) + s*(h22 - h11))
+            call decompose(h11, h12, h21, h22, c, s, trace_u, e11, e22, e12)
             trace = solid%lambda_area(e)*(e11 + e22)
             t11 = trace + 2.0_wp*solid%mu_area(e)*e11
             t22 = trace + 2.0_wp*solid%mu_area(e)*e22
@@ -217,21 +207,34 @@ contains
       h(:, 2) = d1*solid%c1(e) + d2*solid%c2(e)
    end function displacement_gradient
 
+   !> Polar decomposition I + H = R U of the displacement gradient H of a triangle. Scalars, so that loops over triangles that call
+   !> it are vectorised.
+   pure subroutine decompose(h11, h12, h21, h22, c, s, trace, e11, e22, e12)
+      real(wp), intent(in) :: h11, h12, h21, h22
+      !> Rotation R = [c -s; s c], trace of the stretch U, and U - I
+      real(wp), intent(out) :: c, s, trace, e11, e22, e12
+      real(wp) :: r, bend
+
+      c = 2.0_wp + h11 + h22
+      s = h21 - h12
+      trace = sqrt(c*c + s*s)
+      r = 1.0_wp/trace
+      c = c*r
+      s = s*r
+      ! U - I = R^T (I + H) - I, with 1 - c written as s^2/(1 + c) where that is the more exact
+      bend = merge(s*s/(1.0_wp + abs(c)), 1.0_wp - c, c > 0.0_wp)
+      e11 = c*h11 + s*h21 - bend
+      e22 = c*h22 - s*h12 - bend
+      e12 = 0.5_wp*(c*(h12 + h21) + s*(h22 - h11))
+   end subroutine decompose
+
    !> Rotation [c, s] and stretch U - I as [e11, e22, e12] of one triangle.
    pure subroutine rotation_and_strain(h, c, s, strain)
       real(wp), intent(in) :: h(2, 2)
       real(wp), intent(out) :: c, s, strain(3)
-      real(wp) :: r, bend
+      real(wp) :: trace
 
-      c = 2.0_wp + h(1, 1) + h(2, 2)
-      s = h(2, 1) - h(1, 2)
-      r = 1.0_wp/sqrt(c*c + s*s)
-      c = c*r
-      s = s*r
-      bend = merge(s*s/(1.0_wp + abs(c)), 1.0_wp - c, c > 0.0_wp)
-      strain(1) = c*h(1, 1) + s*h(2, 1) - bend
-      strain(2) = c*h(2, 2) - s*h(1, 2) - bend
-      strain(3) = 0.5_wp*(c*(h(1, 2) + h(2, 1)) + s*(h(2, 2) - h(1, 1)))
+      call decompose(h(1, 1), h(1, 2), h(2, 1), h(2, 2), c, s, trace, strain(1), strain(2), strain(3))
    end subroutine rotation_and_strain
 
    !> Cauchy stress [sxx, syy, sxy] of one triangle, tension positive [Pa].

@@ -5,7 +5,7 @@
 !> A [2 mu I + lambda R x R + (lambda (tr U - 2) - 2 mu)/tr U W x W]: symmetric, and of rank three beyond the first term.
 module solid_tangent_m
    use kinds_m, only: wp
-   use solid_m, only: solid_t
+   use solid_m, only: solid_t, decompose
    implicit none
    private
 
@@ -23,7 +23,7 @@ contains
       real(wp), intent(in) :: u(2, 3)
       !> (6, 6) [N/m per m of thickness]
       real(wp) :: stiffness(6, 6)
-      real(wp) :: b(3), c(3), h(2, 2), cosine, sine, stretch, spin_factor, along(6), spin(6), shear
+      real(wp) :: b(3), c(3), h(2, 2), cosine, sine, stretch, strain(3), spin_factor, along(6), spin(6), shear
       integer :: i, j
 
       b(1:2) = [solid%b1(e), solid%b2(e)]
@@ -32,12 +32,7 @@ contains
       c(3) = -c(1) - c(2)
       h(:, 1) = (u(:, 1) - u(:, 3))*b(1) + (u(:, 2) - u(:, 3))*b(2)
       h(:, 2) = (u(:, 1) - u(:, 3))*c(1) + (u(:, 2) - u(:, 3))*c(2)
-      cosine = 2.0_wp + h(1, 1) + h(2, 2)
-      sine = h(2, 1) - h(1, 2)
-      ! tr U
-      stretch = sqrt(cosine**2 + sine**2)
-      cosine = cosine/stretch
-      sine = sine/stretch
+      call decompose(h(1, 1), h(1, 2), h(2, 1), h(2, 2), cosine, sine, stretch, strain(1), strain(2), strain(3))
       do i = 1, 3
          ! R grad N and W grad N, with R = [c -s; s c] and W = [-s -c; c -s]
          along(2*i - 1:2*i) = [cosine*b(i) - sine*c(i), sine*b(i) + cosine*c(i)]
