@@ -34,8 +34,10 @@ LAYER_HEIGHT = {
     "contact": 2,
     "loads": 2,
     "flow": 2,
-    "solve": 3,
-    "output": 3,
+    "store": 1,
+    "mechanics": 3,
+    "solve": 4,
+    "output": 4,
 }
 TEXT_SUFFIXES = ".f90 .pf .py .sh .cmake .md .toml .txt .json .nml .geo .cff .yml .csv".split()  # noqa: SIM905
 CODE_SUFFIXES = [".f90", ".pf", ".py", ".sh"]
