@@ -27,6 +27,7 @@ program femdem
    use state_m, only: state_t
    use cracks_m, only: breaks_t
    use recut_m, only: recut
+   use excavation_m, only: find_excavation, say_excavation, end_relief
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
    use effort_m, only: check_effort
@@ -114,7 +115,7 @@ program femdem
    call watchdog%start(state%energy, sum(model%solid%area*maxval(deck%material%young)), state%step, &
                        merge(patience, 0_i8, model%solver == solver_explicit))
    do stage = 1, size(deck%stage)
-      call begin_stage(model, stage, state)
+      call enter_stage()
       if (stage < done%stage .or. (stage == done%stage .and. done%cycle >= deck%stage(stage)%cycles)) cycle
       call check_given_step(model, stage, state, errors)
       ! Before the first step it is the input that is wrong; later the joints have become too stiff for it
@@ -166,6 +167,18 @@ contains
       call log%open(directory//'/run.log', command%restart /= '', status)
       if (taken_over /= '') call log%say(taken_over)
    end subroutine open_directory
+
+   !> Begin a stage with its loads, unless the run goes on from a checkpoint in it or beyond it; take out what it takes out.
+   subroutine enter_stage()
+      type(breaks_t) :: breaks
+
+      if (stage > done%stage) call end_relief(state)
+      call begin_stage(model, stage, state)
+      if (stage > done%stage) call find_excavation(model, stage, breaks)
+      if (.not. breaks%any()) return
+      call say_excavation(model, stage, breaks, log)
+      call recut(model, breaks, 0.0_wp, state)
+   end subroutine enter_stage
 
    !> Go on from a checkpoint: cut what had broken, then take the state.
    subroutine take_checkpoint()

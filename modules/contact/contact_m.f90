@@ -330,7 +330,8 @@ contains
       class(contact_t), intent(in) :: old
       !> State of the old contact
       type(contact_state_t), intent(in) :: before_cut
-      !> Numbers of the surface edges of the old contact and of this one that both meshes understand (surface edges)
+      !> Numbers of the surface edges of the old contact and of this one that both meshes understand, 0 for those that are none
+      !> any more (surface edges)
       integer, intent(in) :: old_edge(:), edge(:)
       !> Node of the old mesh that each node was (nodes)
       integer, intent(in) :: parent(:)
@@ -348,7 +349,7 @@ contains
       now%loaded = before_cut%loaded
       allocate (was(max(maxval(edge), maxval(old_edge))), source=0)
       do i = 1, size(old_edge)
-         was(old_edge(i)) = i
+         if (old_edge(i) > 0) was(old_edge(i)) = i
       end do
       do i = 1, size(edge)
          if (was(edge(i)) == 0) cycle

@@ -27,6 +27,7 @@ contains
       call check_mesh_file(deck, errors)
       call check_repeated_names(deck, errors)
       call check_stage_names(deck, errors)
+      call check_removals(deck, errors)
       call check_crack_joints(deck, errors)
       if (deck%run%solver == 'implicit') call check_implicit(deck, errors)
       if (deck%run%solver == 'relaxation') call check_relaxation(deck, errors)
@@ -254,6 +255,23 @@ contains
                          ': stands for every stage; must be another name')
       end do
    end subroutine check_stage_names
+
+   !> Rock is taken out once, and not where fluid flows through what is left: the equations of flow do not know of it.
+   subroutine check_removals(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: what
+      integer :: i, first
+
+      do i = 1, size(deck%stage)
+         if (deck%stage(i)%remove == '') cycle
+         what = at(deck, deck%stage(i)%line, 'stage')//'remove = '//quoted(deck%stage(i)%remove)
+         first = findloc(deck%stage(:i)%remove, deck%stage(i)%remove, dim=1)
+         if (first < i) call errors%add(what//': is taken out by the stage in line '//to_text(deck%stage(first)%line)// &
+                                        ' already; give it once')
+         if (deck%flow%line > 0) call errors%add(what//': &flow does not know of rock that is taken out; leave out one of the two')
+      end do
+   end subroutine check_removals
 
    !> What is valid, but seldom meant.
    subroutine find_warnings(deck, warnings)

@@ -33,6 +33,8 @@ module stage_group_m
       real(wp) :: max_rest_time = unset
       !> Velocity during the motion: from zero to zero, or constant
       character(len=option_length) :: profile = 'smooth'
+      !> Physical surface of the mesh whose rock is taken out; none when empty
+      character(len=name_length) :: remove = ''
    end type stage_t
 
    character(len=*), parameter :: profiles(*) = ['smooth  ', 'constant']
@@ -71,6 +73,7 @@ contains
       call variables%keep('equilibrium', stage%equilibrium, 'the rest lasts rest_time')
       call variables%keep('max_rest_time', stage%max_rest_time)
       call variables%keep('profile', stage%profile)
+      call variables%keep('remove', stage%remove)
    end subroutine name_variables
 
    !> Ranges and choices.

@@ -51,6 +51,7 @@ contains
       call fracture_cuts(mesh, fracture, model%edges, model%cut, errors)
       if (errors%any()) return
       call split_edges(mesh, model%edges, model%cut, model%split)
+      model%outer_group = model%split%surface_group(:count(model%split%surface_joint == 0))
       call scan_topology(model%split, model%topology)
       call choose_solver(deck, model%split, model%solver, model%solver_reason)
       ! The deck written beside the results names it

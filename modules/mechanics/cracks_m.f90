@@ -1,5 +1,5 @@
 !> Cracks: which edges the stress asks to be cut, what has broken, and when a crack's walls become a matter of contact. What
-!> these ask of the model is for recut_m.
+!> these ask of the model is for recut_m, as is what an excavation does.
 module cracks_m
    use kinds_m, only: wp
    use constants_m, only: megapascal, millimetre, radians
@@ -16,12 +16,14 @@ module cracks_m
 
    public :: find_breaks, describe_bonds, describe_bond, stress_across
 
-   !> What of a model is to change, because rock breaks or has broken
+   !> What of a model is to change, because rock breaks, has broken or is taken out
    type, public :: breaks_t
       !> Edges of the mesh as read that are to be cut: interior and not cut yet
       integer, allocatable :: edge(:)
       !> Bonds that have parted
       integer, allocatable :: parted(:)
+      !> Is the triangle to be taken out? (triangles) Not allocated: none is
+      logical, allocatable :: taken(:)
       !> Has fluid got into a crack?
       logical :: filled = .false.
       !> Before any step of this run? Bonds are then without stress, or as a checkpoint has them, and contact has yet to start
@@ -38,7 +40,7 @@ contains
    pure logical function any_breaks(self)
       class(breaks_t), intent(in) :: self
 
-      any_breaks = self%filled
+      any_breaks = self%filled .or. allocated(self%taken)
       if (allocated(self%edge)) any_breaks = any_breaks .or. size(self%edge) > 0
       if (allocated(self%parted)) any_breaks = any_breaks .or. size(self%parted) > 0
    end function any_breaks

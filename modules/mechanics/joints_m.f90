@@ -37,6 +37,8 @@ module joints_m
       logical, allocatable :: wall_handled(:)
       !> Is it a bond that has not parted, whose walls are no matter of contact yet? (joints)
       logical, allocatable :: bonded(:)
+      !> Has the rock on a side of it been taken out, so that it is a joint no more? (joints)
+      logical, allocatable :: gone(:)
    end type joints_t
 
    !> What passes between the walls of joints
@@ -80,8 +82,9 @@ contains
                 source=.false.)
       allocate (joints%wall_handled(n), source=.true.)
       allocate (joints%bonded(n), source=.false.)
-      allocate (joints%length(n))
+      allocate (joints%length(n), joints%gone(n))
       do j = 1, n
+         joints%gone(j) = .not. all(split%present(split%joint_triangle(:, j)))
          joints%length(j) = norm2(split%x(:, split%joint(2, j)) - split%x(:, split%joint(1, j)))
       end do
    end subroutine init_joints

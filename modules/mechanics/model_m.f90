@@ -30,6 +30,8 @@ module model_m
       real(wp), allocatable :: mass(:), weight(:, :)
       !> Row sums of stiffness and damping of the rock (nodes) [N/m, N s/m per m]
       real(wp), allocatable :: rock_stiffness(:), rock_damping(:)
+      !> Do they belong to rock that was taken out? They stay where they are (nodes)
+      logical, allocatable :: gone(:)
    end type nodes_t
 
    type, public :: model_t
@@ -48,6 +50,8 @@ module model_m
       type(wall_contact_t) :: walls
       type(corners_t) :: corners
       type(bonds_t) :: bonds
+      !> Groups of the outer boundary of the mesh as read (edges)
+      integer, allocatable :: outer_group(:)
       !> The split mesh with those surface edges only that no bond holds, and their numbers in split
       type(split_mesh_t) :: exposed
       integer, allocatable :: exposed_edge(:)
@@ -83,15 +87,21 @@ contains
    function nodes_of(model) result(nodes)
       type(model_t), intent(in) :: model
       type(nodes_t) :: nodes
-      integer :: n, gravity_axis
+      integer :: n, gravity_axis, e
 
       n = size(model%split%x, 2)
       allocate (nodes%mass(n), nodes%weight(2, n))
+      allocate (nodes%gone(n), source=.false.)
       allocate (nodes%rock_stiffness(n), nodes%rock_damping(n), source=0.0_wp)
       call lumped_mass(model%solid, nodes%mass)
       do gravity_axis = 1, 2
          nodes%weight(gravity_axis, :) = nodes%mass*merge(model%deck%gravity%gx, model%deck%gravity%gy, gravity_axis == 1)
       end do
+      do e = 1, size(model%split%triangle, 2)
+         if (.not. model%split%present(e)) nodes%gone(model%split%triangle(:, e)) = .true.
+      end do
+      ! Nothing moves them: any mass will do
+      where (nodes%gone) nodes%mass = 1.0_wp
       call solid_stiffness_bound(model%solid, nodes%rock_stiffness)
       if (model%has_damping) call solid_damping_bound(model%solid, nodes%rock_damping)
    end function nodes_of
@@ -116,7 +126,7 @@ contains
       type(wall_contact_t) :: walls
       integer :: w
 
-      call init_wall_contact(model%split, model%joints%wall_handled, walls, model%joints%bonded)
+      call init_wall_contact(model%split, model%joints%wall_handled, walls, model%joints%bonded .or. model%joints%gone)
       do w = 1, size(walls%joint)
          associate (j => walls%joint(w))
             if (model%split%joint_group(j) > 0 .or. model%joints%law(j)%raw%own_closure() <= 0.0_wp) cycle
@@ -131,7 +141,7 @@ contains
       type(model_t), intent(in) :: model
       type(corners_t) :: corners
 
-      call init_corners(model%split, walls_touching(model%joints%wall_handled, model%joints%bonded) .and. &
+      call init_corners(model%split, walls_touching(model%joints%wall_handled, model%joints%bonded .or. model%joints%gone) .and. &
                         model%split%joint_group > 0, model%solid%young, model%deck%contact%corner_factor, corners)
    end function corners_of
 
@@ -255,12 +265,23 @@ contains
       !> Number of the stage
       integer, intent(in) :: stage
       type(state_t), intent(inout) :: state
+      integer :: i
 
       model%stage = stage
       call start_stage(model%split, model%deck%boundary, model%deck%stage%name, stage, model%nodes%weight, model%loads)
       call add_pore_pressure(model%split, model%deck%pore_pressure, model%deck%stage%name, stage, filled(model, state), model%loads)
       ! Weight that is not ramped is there from the very start
       if (stage == 1 .and. .not. model%deck%gravity%ramped) model%loads%dead_start = model%nodes%weight
+      do i = 1, 2
+         where (model%nodes%gone)
+            model%loads%fixed(i, :) = .true.
+            model%loads%velocity(i, :) = 0.0_wp
+         end where
+      end do
+      if (size(state%relief, 2) > 0) then
+         model%loads%dead_start = model%loads%dead_start + state%relief
+         model%loads%dead_changes = .true.
+      end if
       state%load_level = unset
    end subroutine begin_stage
 

@@ -1,10 +1,12 @@
 !> What breaking rock changes in the model, in one place: edges of the mesh are cut, walls of bonds that have parted become a
-!> matter of contact, fluid gets into cracks. The mesh is split anew along all cuts, which costs as much as a few steps; what the
-!> nodes carried goes with their parents, and joint elements and surface edges keep their numbers.
+!> matter of contact, fluid gets into cracks, rock is taken out. The mesh is split anew along all cuts, which costs as much as a few
+!> steps; what the nodes carried goes with their parents. Triangles and joint elements keep their numbers, surface edges too where
+!> no rock is taken out.
 module recut_m
    use kinds_m, only: wp
    use constants_m, only: megapascal_per_millimetre, radians
    use mesh_m, only: split_mesh_t
+   use edges_m, only: edge_table_t
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
    use bonds_m, only: add_bonds, place_bonds, start_bond, restore_bonds, is_closed
@@ -16,15 +18,15 @@ module recut_m
    use wall_contact_m, only: wall_contact_t, wall_meeting_t, init_meeting
    use corners_m, only: corners_t, corner_choices_t, keep_choices
    use contact_m, only: contact_t, contact_state_t
-   use solid_m, only: solid_stress
+   use solid_m, only: solid_stress, strain_energy, take_out
    use loads_m, only: init_loads
-   use forces_m, only: find_forces, total_force
+   use forces_m, only: find_forces, net_force, total_force
    use release_m, only: hold_back, restart_release
    use cracks_m, only: breaks_t, describe_bond, stress_across
    use model_m, only: model_t, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
                       start_contact, first_friction, begin_stage
    use solver_choice_m, only: solver_explicit
-   use state_m, only: state_t
+   use state_m, only: state_t, kinetic_energy
    implicit none
    private
 
@@ -47,8 +49,12 @@ contains
 
       model%recuts = model%recuts + 1
       if (breaks%at_start) then
-         if (size(breaks%edge) > 0) call cut(parent)
+         if (size(breaks%edge) > 0 .or. allocated(breaks%taken)) call cut(parent)
          call start_walls()
+         return
+      end if
+      if (allocated(breaks%taken)) then
+         call dig()
          return
       end if
       if (size(breaks%parted) > 0) then
@@ -56,7 +62,7 @@ contains
             call hand_over(model, breaks%parted(n), state)
          end do
          model%joints%bonded(model%bonds%fractures + breaks%parted) = .false.
-         call renew_walls([(n, n=1, size(state%mass))])
+         call renew_walls([(n, n=1, size(state%mass))], [(n, n=1, size(model%split%surface, 2))])
       end if
       if (breaks%filled) call renew_loads()
       if (size(breaks%edge) == 0) return
@@ -78,26 +84,61 @@ contains
          !> Node that each node was before (nodes)
          integer, allocatable, intent(out) :: parent(:)
          type(split_mesh_t) :: before
-         !> Scaled over true mass (nodes before)
-         real(wp) :: added(size(state%mass))
+         !> Scaled over true mass, true mass (nodes before)
+         real(wp) :: added(size(state%mass)), mass(size(state%mass))
+         logical :: there(size(model%split%present))
 
          before = model%split
+         there = before%present
+         if (allocated(breaks%taken)) there = there .and. .not. breaks%taken
          call add_cuts(model%edges, breaks%edge, model%cut)
-         call split_edges(model%whole, model%edges, model%cut, model%split)
+         call split_edges(model%whole, model%edges, model%cut, model%split, there)
          parent = node_parents(before, model%split)
+         mass = model%nodes%mass
          added = state%mass/max(model%nodes%mass, tiny(1.0_wp))
          model%solid%node = model%split%triangle
+         call take_out(there, model%solid)
          model%nodes = nodes_of(model)
          call follow_parents(parent, state)
          ! What mass scaling has added stays, shared out like the rock: no momentum and no kinetic energy comes or goes
          state%mass = added(parent)*model%nodes%mass
+         if (size(state%relief, 2) > 0) &
+            state%relief = state%relief(:, parent)*spread(model%nodes%mass/max(mass(parent), tiny(1.0_wp)), 1, 2)
          model%joints = with_bonds(model%split, model%joints)
          call join_joints(size(breaks%edge), model%topology%edge_of_joint, state)
-         call join_bonds()
+         if (model%can_break) call join_bonds()
          model%breakable(breaks%edge) = 0
+         where (.not. sound_edges(model%edges, there)) model%breakable = 0
          model%is_adaptive = any(model%breakable > 0)
          call renew_loads()
       end subroutine cut
+
+      !> Take rock out: what it was part of is free, and what it had exerted on the rest stays as a load that goes to zero over the
+      !> stage. It takes its energy along.
+      subroutine dig()
+         type(split_mesh_t) :: split
+         real(wp) :: before(2, size(state%u, 2)), stored
+         integer :: i
+
+         before = forces_now(model, level, state)
+         stored = kinetic_energy(state%mass, state%v) + strain_energy(model%solid, state%u)
+         split = model%split
+         call cut(parent)
+         if (model%can_break) state%release = state%release(:, parent)
+         call let_go_of_joints(model, state)
+         call renew_walls(parent, surface_numbers(split, model%split))
+         state%relief = before(:, parent) - forces_now(model, level, state)
+         do i = 1, 2
+            where (model%nodes%gone)
+               state%v(i, :) = 0.0_wp
+               state%relief(i, :) = 0.0_wp
+            end where
+         end do
+         call renew_loads()
+         state%energy%strain = strain_energy(model%solid, state%u)
+         state%energy%kinetic = kinetic_energy(state%mass, state%v)
+         state%energy%external = state%energy%external + state%energy%strain + state%energy%kinetic - stored
+      end subroutine dig
 
       !> Bonds of the new cuts, without stress; the law of each crack for the time when its bond has parted.
       subroutine join_bonds()
@@ -140,7 +181,7 @@ contains
             fresh(b) = is_closed(model%bonds%node(:, b))
          end do
          call cut(parent)
-         call renew_walls(parent)
+         call renew_walls(parent, [(e, e=1, size(model%split%surface, 2))])
          do b = 1, size(fresh)
             if (.not. fresh(b)) cycle
             e = model%cut%edge(model%bonds%fractures + b)
@@ -189,10 +230,10 @@ contains
          call start_contact(model, state)
       end subroutine start_walls
 
-      !> Walls and general contact after cuts, or after bonds have parted; they go on as they were.
-      subroutine renew_walls(parent)
-         !> Node that each node was before (nodes)
-         integer, intent(in) :: parent(:)
+      !> Walls and general contact after cuts, after bonds have parted or rock was taken out; they go on as they were.
+      subroutine renew_walls(parent, number)
+         !> Node that each node was before (nodes); number that each surface edge has now, 0 for none (surface edges before)
+         integer, intent(in) :: parent(:), number(:)
          type(wall_contact_t) :: walls
          type(wall_meeting_t) :: meeting
          type(corners_t) :: corners
@@ -209,10 +250,10 @@ contains
          had_contact = model%has_contact
          if (had_contact) contact = model%contact
          if (had_contact) touching = state%contact
-         edge = model%exposed_edge
+         edge = number(model%exposed_edge)
          call find_walls()
          call init_meeting(model%walls, state%walls)
-         call keep_meeting(walls, meeting, model%walls, state%walls)
+         call keep_meeting(walls, meeting, number, model%walls, state%walls)
          call keep_choices(corners, choices, parent, model%corners, state%corners)
          state%surface_friction = first_friction(model)
          if (had_contact) then
@@ -239,10 +280,73 @@ contains
       end associate
    end subroutine hand_over
 
-   !> Walls that were in contact before face each other where they did: surface edges keep their numbers.
-   pure subroutine keep_meeting(old_walls, old, walls, meeting)
+   !> Joints and bonds beside rock that was taken out carry nothing any more.
+   subroutine let_go_of_joints(model, state)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+
+      where (model%joints%gone)
+         state%joint%sn = 0.0_wp
+         state%joint%tau = 0.0_wp
+         state%tractions%contact_stress = 0.0_wp
+         state%tractions%covered = 0.0_wp
+      end where
+      if (.not. model%can_break) return
+      where (model%joints%gone(model%bonds%fractures + 1:)) state%bonds%active = .false.
+   end subroutine let_go_of_joints
+
+   !> All forces on the nodes, joints taken there from what they remember (2, nodes) [N per m of thickness].
+   function forces_now(model, level, state) result(force)
+      type(model_t), intent(in) :: model
+      !> Loads: 0 at the start of the stage, 1 at its end
+      real(wp), intent(in) :: level
+      type(state_t), intent(in) :: state
+      real(wp) :: force(2, size(state%u, 2))
+      type(state_t) :: trial
+      logical :: searched
+
+      trial = state
+      call find_forces(model, level, trial, searched)
+      force = net_force(trial)
+   end function forces_now
+
+   !> Are the triangles on all sides of an edge there? (edges)
+   pure function sound_edges(edges, there) result(sound)
+      type(edge_table_t), intent(in) :: edges
+      !> (triangles)
+      logical, intent(in) :: there(:)
+      logical :: sound(size(edges%triangles))
+      integer :: e
+
+      sound = [(all(there(edges%triangle(:min(2, edges%triangles(e)), e))), e=1, size(sound))]
+   end function sound_edges
+
+   !> Number that each surface edge has after rock was taken out (surface edges before); 0: it is no surface any more. An edge is
+   !> known by the triangle that owns it and the corner at its start.
+   pure function surface_numbers(before, after) result(number)
+      type(split_mesh_t), intent(in) :: before, after
+      integer :: number(size(before%surface, 2))
+      integer :: known(3, size(after%triangle, 2)), e
+
+      known = 0
+      do e = 1, size(after%surface, 2)
+         associate (t => after%surface_triangle(e))
+            known(findloc(after%triangle(:, t), after%surface(1, e), dim=1), t) = e
+         end associate
+      end do
+      do e = 1, size(number)
+         associate (t => before%surface_triangle(e))
+            number(e) = known(findloc(before%triangle(:, t), before%surface(1, e), dim=1), t)
+         end associate
+      end do
+   end function surface_numbers
+
+   !> Walls that were in contact before face each other where they did.
+   pure subroutine keep_meeting(old_walls, old, number, walls, meeting)
       type(wall_contact_t), intent(in) :: old_walls, walls
       type(wall_meeting_t), intent(in) :: old
+      !> Number that each surface edge has now, 0 for none (surface edges before)
+      integer, intent(in) :: number(:)
       type(wall_meeting_t), intent(inout) :: meeting
       integer :: was(max(maxval([0, walls%joint]), maxval([0, old_walls%joint]))), w
 
@@ -254,7 +358,8 @@ contains
          associate (before => was(walls%joint(w)))
             if (before == 0) cycle
             if (any(old%facing(before:before + 1) == 0)) cycle
-            meeting%facing(w:w + 1) = old%facing(before:before + 1)
+            if (any(number(old%facing(before:before + 1)) == 0)) cycle
+            meeting%facing(w:w + 1) = number(old%facing(before:before + 1))
             meeting%reached(w:w + 1) = old%reached(before:before + 1)
          end associate
       end do

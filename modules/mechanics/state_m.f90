@@ -66,6 +66,9 @@ module state_m
       !> Forces that new cracks let go of smoothly (2, nodes) [N per m], from when and for how long [s]
       real(wp), allocatable :: release(:, :)
       real(wp) :: release_start = 0.0_wp, release_time = 0.0_wp
+      !> Forces that the rock taken out in this stage had exerted on the rest, which are let go of over the stage (2, nodes)
+      !> [N per m]; size zero where none was
+      real(wp), allocatable :: relief(:, :)
       !> Viscous nodal forces (2, nodes) [N per m]; size zero without viscous damping
       real(wp), allocatable :: damping(:, :)
       !> Level that the nodal loads were found for last (unset: not yet)
@@ -94,6 +97,7 @@ contains
       allocate (state%u(2, n), state%v(2, n), state%solid(2, n), state%normal(2, n), state%friction(2, n), &
                 state%load(2, n), state%damping(2, merge(n, 0, damped)), source=0.0_wp)
       allocate (state%guess%move(2, n), source=0.0_wp)
+      allocate (state%relief(2, 0))
       allocate (state%joint(joints))
       call init_tractions(joints, state%tractions)
       allocate (state%opening(joints), state%aperture(joints), source=0.0_wp)

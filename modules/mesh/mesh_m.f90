@@ -52,6 +52,8 @@ module mesh_m
       integer, allocatable :: origin(:)
       !> Triangles (3, triangles), anticlockwise, and their group
       integer, allocatable :: triangle(:, :), triangle_group(:)
+      !> Is it there? Rock that is taken out stays in the list, on nodes of its own (triangles)
+      logical, allocatable :: present(:)
       !> Joint elements on fractures (4, joints): A, B, A', B'; A = A' at a tip
       integer, allocatable :: joint(:, :), joint_group(:)
       !> Triangle on the lower and on the upper wall (2, joints)

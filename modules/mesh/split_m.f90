@@ -182,17 +182,27 @@ contains
    !>                  |                        o  o
    !>       -----------X-----------  --->       o  o         four branches, four sectors, three new nodes
    !>                  |
-   subroutine split_edges(mesh, edges, cut, split)
+   !>
+   !> Rock that is taken out is parted from the rest all around, as if by cuts, without joint elements.
+   subroutine split_edges(mesh, edges, cut, split, there)
       type(mesh_t), intent(in) :: mesh
       type(edge_table_t), intent(in) :: edges
       !> Interior edges, no edge twice
       type(cut_t), intent(in) :: cut
       type(split_mesh_t), intent(out) :: split
+      !> Is the triangle there? All are when not given (triangles)
+      logical, intent(in), optional :: there(:)
       logical, allocatable :: is_cut(:)
+      integer :: e
 
+      allocate (split%present(size(mesh%triangle, 2)), source=.true.)
+      if (present(there)) split%present = there
       allocate (is_cut(size(edges%node, 2)))
       is_cut = .false.
       is_cut(cut%edge) = .true.
+      do e = 1, size(is_cut)
+         if (triangles_present(edges, split%present, e) == 1) is_cut(e) = .true.
+      end do
       split%triangle_group = mesh%triangle_group
       split%group = mesh%group
       split%datum = mesh%datum
@@ -290,17 +300,29 @@ contains
       end do
    end subroutine make_joints
 
-   !> Free edges, the rock on their left: first the outer boundary in the order of the edges, then the lower and the
-   !> upper wall of each joint element in turn.
+   !> How many of the triangles beside an edge are there.
+   pure integer function triangles_present(edges, there, e)
+      type(edge_table_t), intent(in) :: edges
+      !> Is the triangle there? (triangles)
+      logical, intent(in) :: there(:)
+      integer, intent(in) :: e
+      integer :: k
+
+      triangles_present = count([(there(edges%triangle(k, e)), k=1, edges%triangles(e))])
+   end function triangles_present
+
+   !> Free edges, the rock on their left: first those with rock on one side alone in the order of the edges, then the lower and
+   !> the upper wall of each joint element with rock on both sides in turn.
    subroutine make_surface(mesh, edges, cut, split)
       type(mesh_t), intent(in) :: mesh
       type(edge_table_t), intent(in) :: edges
       type(cut_t), intent(in) :: cut
       type(split_mesh_t), intent(inout) :: split
       integer, allocatable :: group_of_edge(:)
-      integer :: e, i, n, t
+      integer :: e, i, k, n, t, beside(size(edges%node, 2))
 
-      n = count(edges%triangles == 1) + 2*size(cut%edge)
+      beside = [(triangles_present(edges, split%present, e), e=1, size(beside))]
+      n = count(beside == 1) + 2*count(beside(cut%edge) == 2)
       allocate (split%surface(2, n), split%surface_triangle(n), split%surface_joint(n), split%surface_side(n))
       allocate (split%surface_group(n), group_of_edge(size(edges%node, 2)))
       split%surface_joint = 0
@@ -314,15 +336,18 @@ contains
 
       n = 0
       do e = 1, size(edges%node, 2)
-         if (edges%triangles(e) /= 1) cycle
+         if (beside(e) /= 1) cycle
          n = n + 1
-         t = edges%triangle(1, e)
-         split%surface(:, n) = [split%triangle(place_in(mesh%triangle(:, t), edges%node(1, e)), t), &
-                                split%triangle(place_in(mesh%triangle(:, t), edges%node(2, e)), t)]
+         ! The second triangle has the edge the other way round
+         k = merge(1, 2, split%present(edges%triangle(1, e)))
+         t = edges%triangle(k, e)
+         split%surface(:, n) = [split%triangle(place_in(mesh%triangle(:, t), edges%node(k, e)), t), &
+                                split%triangle(place_in(mesh%triangle(:, t), edges%node(3 - k, e)), t)]
          split%surface_triangle(n) = t
          split%surface_group(n) = group_of_edge(e)
       end do
       do i = 1, size(cut%edge)
+         if (beside(cut%edge(i)) /= 2) cycle
          associate (joint => split%joint(:, i))
             split%surface(:, n + 1:n + 2) = reshape([joint(2), joint(1), joint(3), joint(4)], [2, 2])
          end associate

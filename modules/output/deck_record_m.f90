@@ -192,7 +192,7 @@ contains
       end select
       do i = 1, size(entry)
          variable = trim(entry(i)%variable)
-         if (name == 'stage' .and. variable /= 'name') then
+         if (name == 'stage' .and. all(variable /= ['name  ', 'remove'])) then
             ! Loads depend on the number of cycles of the last stage; on the rest only while it is on
             if (number < stage) cycle
             if (variable /= 'cycles' .and. cycle >= deck%stage(stage)%cycles) cycle

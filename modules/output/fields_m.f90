@@ -26,8 +26,8 @@ module fields_m
       !> Group of the mesh in use, and how many meshes there are (cracks that open change the mesh)
       character(len=:), allocatable :: mesh_group
       integer :: meshes = 0
-      !> Numbers of nodes, triangles, joints
-      integer :: entities(3) = 0
+      !> Numbers of nodes, triangles, joints; of surface edges
+      integer :: entities(3) = 0, surface_edges = 0
       !> Fields of the mesh that do not change with time; how many snapshots have been written
       type(snapshot_t) :: constant
       integer :: snapshots = 0
@@ -35,7 +35,7 @@ module fields_m
       procedure :: init
       procedure :: resume
       procedure :: set_mesh
-      procedure :: joints
+      procedure :: is_on
       procedure :: write => write_snapshot
    end type fields_t
 
@@ -124,11 +124,13 @@ contains
             self%mesh_group = last%mesh
             self%entities = last%entities
          end associate
+         self%surface_edges = surface_edges_of(file, self%mesh_group)
          call self%constant%clear()
          call read_fields(file, self%mesh_group, self%constant)
       else if (self%meshes > 0) then
          self%mesh_group = '/'//mesh_prefix
          self%entities = mesh_entities(file, self%mesh_group)
+         self%surface_edges = surface_edges_of(file, self%mesh_group)
          call self%constant%clear()
          call read_fields(file, self%mesh_group, self%constant)
       end if
@@ -170,6 +172,16 @@ contains
       entities = [size(place, 2), size(corner, 2), size(wall, 2)]
    end function mesh_entities
 
+   !> Surface edges of a mesh in the file.
+   integer function surface_edges_of(file, mesh_group) result(edges)
+      type(h5_file_t), intent(inout) :: file
+      character(len=*), intent(in) :: mesh_group
+      integer, allocatable :: edge(:, :)
+
+      call file%read(mesh_group//'/surface', edge)
+      edges = size(edge, 2)
+   end function surface_edges_of
+
    !> Give a file that cannot be read another name.
    subroutine set_aside(self, damage, notes, errors)
       class(fields_t), intent(in) :: self
@@ -194,13 +206,21 @@ contains
       end if
    end subroutine set_aside
 
-   !> Joint elements of the mesh in use. Meshes only ever grow (a crack adds nodes and joints): where the run has as many, it
-   !> is on the same mesh.
-   pure integer function joints(self)
+   !> Is this the mesh in use? A crack adds joints, and rock that is taken out parts nodes and changes the number of free edges.
+   pure logical function is_on(self, mesh)
       class(fields_t), intent(in) :: self
+      type(split_mesh_t), intent(in) :: mesh
 
-      joints = self%entities(3)
-   end function joints
+      is_on = all(self%entities == entities_of(mesh)) .and. self%surface_edges == size(mesh%surface, 2)
+   end function is_on
+
+   !> Numbers of nodes, triangles, joints.
+   pure function entities_of(mesh) result(entities)
+      type(split_mesh_t), intent(in) :: mesh
+      integer :: entities(3)
+
+      entities = [size(mesh%x, 2), size(mesh%triangle, 2), size(mesh%joint, 2)]
+   end function entities_of
 
    !> Take another mesh into use: later snapshots are on it. The first is /mesh, then /mesh_000002 and so on.
    subroutine set_mesh(self, mesh, block_edge, constant, errors)
@@ -218,7 +238,8 @@ contains
       write (number, '(a,i6.6)') '_', self%meshes
       if (self%meshes == 1) number = ''
       self%mesh_group = '/'//mesh_prefix//trim(number)
-      self%entities = [size(mesh%x, 2), size(mesh%triangle, 2), size(mesh%joint, 2)]
+      self%entities = entities_of(mesh)
+      self%surface_edges = size(mesh%surface, 2)
       call constant%check(self%entities, errors)
       if (size(block_edge) /= size(mesh%joint, 2)) call errors%add(self%path//': one block edge for each joint is expected')
       if (errors%count() > before) return

@@ -10,9 +10,10 @@ module results_m
    use implicit_m, only: implicit_solver_t
    use state_m, only: state_t
    use solid_m, only: solid_stress
+   use joints_m, only: joints_t
    use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
    use fields_m, only: fields_t
-   use field_list_m, only: field_list_t, on_nodes, on_joints
+   use field_list_m, only: field_list_t, on_nodes, on_triangles, on_joints
    use crack_results_m, only: write_cracks, append_cracks
    use bonds_m, only: bond_damage
    use joint_law_m, only: law_result_t
@@ -50,7 +51,7 @@ module results_m
       integer(i8) :: matrix_number = -1_i8
       !> What is not written of the last cycle completed, for a run that fails in the next
       type(last_cycle_t), allocatable :: last
-      !> The model then, where rock may break and so change it
+      !> The model then, where rock may break or is taken out, which changes it
       type(model_t), allocatable :: model
    contains
       procedure :: open => open_results
@@ -268,12 +269,12 @@ contains
       end if
    end subroutine record
 
-   !> Keep the model of the last cycle, for a run that fails in the next one after more rock has broken.
+   !> Keep the model of the last cycle, for a run that fails in the next one after more rock has broken or been taken out.
    subroutine keep_model(self, model)
       class(results_t), intent(inout) :: self
       type(model_t), intent(in) :: model
 
-      if (.not. model%can_break) return
+      if (.not. (model%can_break .or. any(model%deck%stage%remove /= ''))) return
       if (allocated(self%model)) then
          if (self%model%recuts == model%recuts) return
       end if
@@ -367,8 +368,16 @@ contains
       type(error_list_t), intent(inout) :: errors
 
       call write_edges(self%directory//name, edge_sums(model%topology%edge_of_joint, model%split%joint_group, &
-                                                       model%joints%length, slip, aperture), model%split%group, errors)
+                                                       length_there(model%joints), slip, aperture), model%split%group, errors)
    end subroutine write_edge_table
+
+   !> Length of each joint element, 0 where the rock beside it was taken out (joints) [m].
+   pure function length_there(joints) result(length)
+      type(joints_t), intent(in) :: joints
+      real(wp) :: length(size(joints%length))
+
+      length = merge(0.0_wp, joints%length, joints%gone)
+   end function length_there
 
    !> A cycle that found no rest: the state it ended with in history, fields and block edges, and what slipped after the last
    !> rest in collapse.csv. The checkpoint stays that of a completed cycle.
@@ -398,7 +407,9 @@ contains
       real(wp), intent(in) :: unbalanced
       real(wp), allocatable :: row(:)
       real(wp), allocatable :: mean(:, :)
+      real(wp) :: length(size(model%joints%length))
 
+      length = length_there(model%joints)
       allocate (mean(size(joint_column), size(model%deck%joint)))
       associate (energy => state%energy, joint => state%joint)
          mean(1, :) = means(joint%u)
@@ -421,7 +432,7 @@ contains
          real(wp), intent(in) :: value(:)
          real(wp) :: means(size(model%deck%joint))
 
-         means = group_means(size(model%deck%joint), model%joints%group, model%joints%length, value)
+         means = group_means(size(model%deck%joint), model%joints%group, length, value)
       end function means
 
    end function row
@@ -488,8 +499,8 @@ contains
       real(wp), allocatable :: stress(:, :)
       integer :: e
 
-      if (size(model%split%joint, 2) /= self%fields%joints()) then
-         ! Cracks have changed the mesh
+      if (.not. self%fields%is_on(model%split)) then
+         ! Cracks or an excavation have changed it
          call joint_constants(model, constant)
          call self%fields%set_mesh(model%split, model%topology%edge_of_joint, constant, errors)
       end if
@@ -512,6 +523,12 @@ contains
          if (model%can_break) call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', &
                                             on_joints, bond_damage(model%bonds, state%bonds, size(joint)))
       end associate
+      if (any(model%deck%stage%remove /= '')) then
+         call list%add('removed', '-', '1 where the rock was taken out, else 0', on_triangles, &
+                       merge(0.0_wp, 1.0_wp, model%split%present))
+         call list%add('joint_removed', '-', '1 where the rock on a side was taken out, else 0', on_joints, &
+                       merge(1.0_wp, 0.0_wp, model%joints%gone))
+      end if
       call take_run_flow(self%flow, model, state, place, errors)
       call self%flow%add_fields(model%split%origin, list)
       call self%fields%write(state%time, state%step, model%deck%stage(place%stage)%name, place%cycle, list, errors)

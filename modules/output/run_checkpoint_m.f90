@@ -10,6 +10,7 @@ module run_checkpoint_m
    use bonds_m, only: bond_values, event_values, restore_events, bond_value_count
    use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
    use cracks_m, only: breaks_t
+   use excavation_m, only: find_excavation
    use model_m, only: model_t
    use sparse_system_m, only: kept_matrix_t
    use state_m, only: state_t
@@ -53,8 +54,8 @@ contains
       call file%close(errors)
    end subroutine save_run
 
-   !> Open the checkpoint of a run that is to go on, and find what had broken: cracks come first (recut), they make the mesh that
-   !> the rest is on (load_run). After an error there is nothing to close.
+   !> Open the checkpoint of a run that is to go on, and find what had broken or been taken out: that comes first (recut), it makes
+   !> the mesh that the rest is on (load_run). After an error there is nothing to close.
    subroutine open_run(file, path, branch, model, breaks, errors)
       type(checkpoint_t), intent(inout) :: file
       character(len=*), intent(in) :: path
@@ -64,12 +65,15 @@ contains
       type(model_t), intent(in) :: model
       type(breaks_t), intent(out) :: breaks
       type(error_list_t), intent(inout) :: errors
+      integer :: stage
 
       call file%open(path, fingerprint_of(model), errors)
       if (errors%any()) return
       call compare_decks(file, path, branch, model, errors)
       call load_cracks(file, path, model, breaks, errors)
+      call file%load('stage', stage, errors)
       if (errors%any()) call file%close(errors)
+      if (.not. errors%any()) call find_excavation(model, stage, breaks)
    end subroutine open_run
 
    !> Take the state of a checkpoint that open_run has opened.
@@ -114,6 +118,7 @@ contains
       call file%keep('normal_force', state%normal, errors)
       call file%keep('friction_force', state%friction, errors)
       call file%keep('load', state%load, errors)
+      if (keeps_relief(file, state)) call file%keep('relief', state%relief, errors)
       ! Energy account
       associate (energy => state%energy)
          call file%keep('energy_kinetic', energy%kinetic, errors)
@@ -167,6 +172,17 @@ contains
       call file%keep('release_time', state%release_time, errors)
       if (state%release_time > 0.0_wp) call file%keep('release', state%release, errors)
    end subroutine keep_state
+
+   !> Does a checkpoint have forces of rock that was taken out? Where it has there is one for each node.
+   logical function keeps_relief(file, state) result(keeps)
+      type(checkpoint_t), intent(inout) :: file
+      type(state_t), intent(inout) :: state
+
+      keeps = size(state%relief, 2) > 0
+      if (file%writing) return
+      keeps = file%has('relief')
+      if (keeps) state%relief = 0.0_wp*state%u
+   end function keeps_relief
 
    !> The matrix of the implicit solver: pattern and values in use, so that a restart goes on as if there had been none.
    subroutine keep_matrix(file, matrix, errors)
@@ -263,7 +279,7 @@ contains
             names = names//trim(mesh%group(i)%name)//new_line('a')//to_text(mesh%group(i)%dimension)//new_line('a')
          end do
          fingerprint%groups = text_hash(names//numbers_hash([mesh%triangle_group, model%cut%group(:fractures), &
-                                                             model%split%surface_group(:count(model%split%surface_joint == 0))]))
+                                                             model%outer_group]))
       end associate
    end function fingerprint_of
 

@@ -29,7 +29,7 @@ module solid_m
       real(wp), allocatable :: viscosity_area(:)
    end type solid_t
 
-   public :: init_solid, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, strain_energy, &
+   public :: init_solid, take_out, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, strain_energy, &
              solid_stiffness_bound, solid_damping_bound, decompose
 
 contains
@@ -67,6 +67,22 @@ contains
       solid%mu_area = solid%area*young/(2.0_wp*(1.0_wp + poisson))
       solid%lambda_area = solid%area*young*poisson/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
    end subroutine init_solid
+
+   !> Triangles that are taken out have neither mass nor stiffness any more.
+   pure subroutine take_out(there, solid)
+      !> Is the triangle there? (triangles)
+      logical, intent(in) :: there(:)
+      type(solid_t), intent(inout) :: solid
+
+      where (.not. there)
+         solid%density = 0.0_wp
+         solid%lambda_area = 0.0_wp
+         solid%mu_area = 0.0_wp
+      end where
+      if (allocated(solid%viscosity_area)) then
+         where (.not. there) solid%viscosity_area = 0.0_wp
+      end if
+   end subroutine take_out
 
    !> Viscous damping of the paper: eta = factor * 2 h sqrt(E rho), h the square root of twice the triangle's area.
    subroutine set_viscosity(solid, factor)

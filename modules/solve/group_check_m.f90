@@ -4,15 +4,17 @@ module group_check_m
    use text_m, only: to_text, quoted, nearest_word
    use deck_m, only: deck_t
    use cohesive_group_m, only: all_rock
-   use boundary_group_m, only: prescribed, prescribable, edge_loads
+   use boundary_group_m, only: prescribed, prescribable, edge_loads, every_stage
    use edges_m, only: edge_table_t, build_edges, find_edge
    use mesh_m, only: mesh_t, find_group, name_length, a_point, a_curve, a_surface, curve_first, surface_first
    use pore_pressure_group_m, only: every_place
+   use loads_m, only: stage_number
    implicit none
    private
 
    public :: check_groups
 
+   character(len=*), parameter :: a_stage = '&stage'
    character(len=*), parameter :: kind(0:2) = [character(len=7) :: 'point', 'curve', 'surface']
 
 contains
@@ -24,10 +26,13 @@ contains
       !> What is wrong, and what is valid but seldom meant
       type(error_list_t), intent(inout) :: errors, warnings
       type(edge_table_t) :: edges
+      integer, allocatable :: taken(:)
       integer :: i
       logical :: found
 
       call build_edges(mesh%triangle, size(mesh%x, 2), edges)
+      call check_removals(deck, mesh, errors)
+      taken = taken_in(deck, mesh)
       do i = 1, size(deck%material)
          call require_elements(deck, mesh, '&material', deck%material(i)%line, deck%material(i)%group, [a_surface], errors)
       end do
@@ -43,8 +48,9 @@ contains
             call require(deck, mesh, '&boundary', boundary%line, boundary%group, [a_point, a_curve, a_surface], errors, found)
             if (.not. found) cycle
             call warn_of_namesakes(deck, mesh, '&boundary', boundary%line, boundary%group, curve_first, warnings)
-            call check_nodes(deck, mesh, edges, '&boundary', boundary%line, boundary%group, curve_first, errors, found)
-            if (found) call check_loads(deck, mesh, edges, i, errors)
+            call check_nodes(deck, mesh, edges, taken, boundary%stage, '&boundary', boundary%line, boundary%group, curve_first, &
+                             errors, found)
+            if (found) call check_loads(deck, mesh, edges, taken, i, errors)
          end associate
       end do
       do i = 1, size(deck%initial)
@@ -52,7 +58,8 @@ contains
             call require(deck, mesh, '&initial', initial%line, initial%group, [a_point, a_curve, a_surface], errors, found)
             if (.not. found) cycle
             call warn_of_namesakes(deck, mesh, '&initial', initial%line, initial%group, surface_first, warnings)
-            call check_nodes(deck, mesh, edges, '&initial', initial%line, initial%group, surface_first, errors, found)
+            call check_nodes(deck, mesh, edges, taken, every_stage, '&initial', initial%line, initial%group, surface_first, &
+                             errors, found)
          end associate
       end do
       do i = 1, size(deck%pore_pressure)
@@ -71,8 +78,37 @@ contains
          end associate
       end do
       call check_materials(deck, mesh, errors)
-      call warn_of_inner_curves(deck, mesh, edges, warnings)
+      call warn_of_inner_curves(deck, mesh, edges, taken, warnings)
    end subroutine check_groups
+
+   !> What stages take out is there, and leaves something.
+   subroutine check_removals(deck, mesh, errors)
+      type(deck_t), intent(in) :: deck
+      type(mesh_t), intent(in) :: mesh
+      type(error_list_t), intent(inout) :: errors
+      integer :: s
+
+      do s = 1, size(deck%stage)
+         if (deck%stage(s)%remove == '') cycle
+         call require_elements(deck, mesh, a_stage, deck%stage(s)%line, deck%stage(s)%remove, [a_surface], errors)
+         if (all(taken_in(deck, mesh) <= s)) call errors%add(place(deck, a_stage, deck%stage(s)%line, deck%stage(s)%remove)// &
+                                                             ': no rock would be left')
+      end do
+   end subroutine check_removals
+
+   !> Stage that takes out each triangle; one beyond the last where none does (triangles).
+   pure function taken_in(deck, mesh) result(stage)
+      type(deck_t), intent(in) :: deck
+      type(mesh_t), intent(in) :: mesh
+      integer, allocatable :: stage(:)
+      integer :: s
+
+      allocate (stage(size(mesh%triangle_group)), source=size(deck%stage) + 1)
+      do s = size(deck%stage), 1, -1
+         if (deck%stage(s)%remove == '') cycle
+         where (mesh%triangle_group == find_group(mesh%group, deck%stage(s)%remove, a_surface)) stage = s
+      end do
+   end function taken_in
 
    !> The mesh must have a group of that name and of one of the dimensions.
    subroutine require(deck, mesh, what, line, name, dimensions, errors, found)
@@ -171,16 +207,18 @@ contains
    end subroutine warn_of_namesakes
 
    !> Lines inside the rock that are no fracture are often meant to be one.
-   subroutine warn_of_inner_curves(deck, mesh, edges, warnings)
+   subroutine warn_of_inner_curves(deck, mesh, edges, taken, warnings)
       type(deck_t), intent(in) :: deck
       type(mesh_t), intent(in) :: mesh
       type(edge_table_t), intent(in) :: edges
+      !> Stage that takes out each triangle (triangles)
+      integer, intent(in) :: taken(:)
       type(error_list_t), intent(inout) :: warnings
       integer :: i, lines, outer
 
       do i = 1, size(mesh%group)
          if (mesh%group(i)%dimension /= a_curve .or. any(deck%joint%group == mesh%group(i)%name)) cycle
-         call count_lines(mesh, edges, mesh%group(i)%name, lines, outer)
+         call count_lines(deck, mesh, edges, taken, every_stage, mesh%group(i)%name, lines, outer)
          if (outer == lines) cycle
          call warnings%add(deck%path//': '//to_text(lines - outer)//' of the '//to_text(lines)//' edges of the physical curve '// &
                            quoted(mesh%group(i)%name)//' lie inside the rock, and no &joint has this group: they are no fracture')
@@ -188,11 +226,14 @@ contains
    end subroutine warn_of_inner_curves
 
    !> What is prescribed on a group needs nodes: of a surface with triangles, of a curve on the outer boundary, of a point.
-   subroutine check_nodes(deck, mesh, edges, what, line, name, order, errors, found)
+   subroutine check_nodes(deck, mesh, edges, taken, stage, what, line, name, order, errors, found)
       type(deck_t), intent(in) :: deck
       type(mesh_t), intent(in) :: mesh
       type(edge_table_t), intent(in) :: edges
-      character(len=*), intent(in) :: what, name
+      !> Stage that takes out each triangle (triangles)
+      integer, intent(in) :: taken(:)
+      !> Stage in which it acts
+      character(len=*), intent(in) :: stage, what, name
       !> Line of the deck; which dimension goes before which
       integer, intent(in) :: line, order(:)
       type(error_list_t), intent(inout) :: errors
@@ -200,7 +241,7 @@ contains
       integer :: meant, lines, outer
 
       meant = dimension_meant(mesh, name, order)
-      call count_lines(mesh, edges, name, lines, outer)
+      call count_lines(deck, mesh, edges, taken, stage, name, lines, outer)
       found = meant == a_point .or. meant == a_surface .or. outer > 0
       if (found) return
       if (lines > 0) then
@@ -212,10 +253,12 @@ contains
    end subroutine check_nodes
 
    !> A load acts on edges of the outer boundary; elsewhere it would silently do nothing.
-   subroutine check_loads(deck, mesh, edges, b, errors)
+   subroutine check_loads(deck, mesh, edges, taken, b, errors)
       type(deck_t), intent(in) :: deck
       type(mesh_t), intent(in) :: mesh
       type(edge_table_t), intent(in) :: edges
+      !> Stage that takes out each triangle (triangles)
+      integer, intent(in) :: taken(:)
       !> Boundary of the deck
       integer, intent(in) :: b
       type(error_list_t), intent(inout) :: errors
@@ -231,7 +274,7 @@ contains
          names = names//trim(prescribable(edge_loads(i)))
       end do
       if (names == '') return
-      call count_lines(mesh, edges, deck%boundary(b)%group, lines, outer)
+      call count_lines(deck, mesh, edges, taken, deck%boundary(b)%stage, deck%boundary(b)%group, lines, outer)
       if (outer > 0 .and. outer == lines) return
       names = place(deck, '&boundary', deck%boundary(b)%line, deck%boundary(b)%group)//', '//names
       if (outer > 0) names = names//': '//to_text(lines - outer)//' of the '//to_text(lines)// &
@@ -254,24 +297,34 @@ contains
       end do
    end subroutine check_materials
 
-   !> Lines of a physical curve, and how many of them are edges of the outer boundary.
-   pure subroutine count_lines(mesh, edges, name, lines, outer)
+   !> Lines of a physical curve, and how many of them are edges of the outer boundary, or become so when rock is taken out: in the
+   !> given stage or later.
+   pure subroutine count_lines(deck, mesh, edges, taken, stage, name, lines, outer)
+      type(deck_t), intent(in) :: deck
       type(mesh_t), intent(in) :: mesh
       type(edge_table_t), intent(in) :: edges
-      character(len=*), intent(in) :: name
+      !> Stage that takes out each triangle (triangles)
+      integer, intent(in) :: taken(:)
+      character(len=*), intent(in) :: stage, name
       integer, intent(out) :: lines, outer
-      integer :: i, e, group
+      integer :: i, e, group, ends, starts, first
 
       lines = 0
       outer = 0
       group = find_group(mesh%group, name, a_curve)
       if (group == 0) return
+      first = max(1, stage_number(deck%stage%name, stage))
       do i = 1, size(mesh%line, 2)
          if (mesh%line_group(i) /= group) cycle
          lines = lines + 1
          e = find_edge(edges, mesh%line(1, i), mesh%line(2, i))
          if (e == 0) cycle
-         if (edges%triangles(e) == 1) outer = outer + 1
+         if (edges%triangles(e) > 2) cycle
+         ! The edge is free from when one side of it is gone until the other is
+         ends = taken(edges%triangle(1, e))
+         starts = 0
+         if (edges%triangles(e) == 2) starts = taken(edges%triangle(2, e))
+         if (max(first, min(starts, ends)) < min(max(starts, ends), size(deck%stage) + 1)) outer = outer + 1
       end do
    end subroutine count_lines
 
@@ -282,7 +335,7 @@ contains
       integer, intent(in) :: line
       character(len=:), allocatable :: place
 
-      place = deck%path//':'//to_text(line)//': '//what//' group = '//quoted(name)
+      place = deck%path//':'//to_text(line)//': '//what//trim(merge(' remove', ' group ', what == a_stage))//' = '//quoted(name)
    end function place
 
 end module group_check_m

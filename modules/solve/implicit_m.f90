@@ -405,12 +405,14 @@ contains
       integer, intent(in) :: stage
       type(log_t), intent(in) :: log
       type(error_list_t), intent(inout) :: errors
-      integer, allocatable :: loose(:)
+      integer, allocatable :: loose(:), rock(:), joint(:)
       character(len=:), allocatable :: what
       integer :: i
 
-      ! Bodies lean on each other at walls, and bonds hold them
-      call find_loose(model%split%x, model%split%triangle, model%split%joint, model%loads%fixed, loose)
+      ! Bodies lean on each other at walls, and bonds hold them. What was taken out holds nothing
+      rock = pack([(i, i=1, size(model%split%present))], model%split%present)
+      joint = pack([(i, i=1, size(model%joints%gone))],.not. model%joints%gone)
+      call find_loose(model%split%x, model%split%triangle(:, rock), model%split%joint(:, joint), model%loads%fixed, loose)
       self%weak_springs = size(loose) > 0
       do i = 1, size(loose)
          what = 'stage '''//trim(model%deck%stage(stage)%name)//''': nothing holds the rock around '// &

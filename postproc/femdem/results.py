@@ -183,6 +183,17 @@ class Edges:
         return exports.edges_geoframe(self, crs)
 
 
+# Fields that say what was taken out, and arrays of the mesh with an entry for each triangle or joint
+REMOVED = {"triangles": "removed", "joints": "joint_removed"}
+OF_PLACE = {
+    "triangles": "triangles",
+    "triangle_group": "triangles",
+    "joints": "joints",
+    "joint_group": "joints",
+    "block_edge": "joints",
+}
+
+
 @dataclass
 class Mesh:
     """The mesh of a snapshot."""
@@ -194,7 +205,7 @@ class Mesh:
     joint_group: np.ndarray
     block_edge: np.ndarray
     surface: np.ndarray  # (surface edges, 2)
-    surface_joint: np.ndarray
+    surface_joint: np.ndarray  # in the file's numbers, which count joints that were taken out too
     group_name: list = field(default_factory=list)
 
     @property
@@ -252,8 +263,18 @@ class Fields:
                         found[name] = tuple(_plain(attrs[key]) for key in ("place", "unit", "description"))
             return found
 
+    def _there(self, file, step, place):
+        """Triangles or joints of a snapshot that have not been taken out; all of any other place"""
+        name = REMOVED.get(place, "")
+        if not (self.steps and name) or name not in file[self._step(step)]:
+            return slice(None)
+        return file[self._step(step)][name][...] < 0.5
+
     def read(self, name, step=-1):
-        """A field of a snapshot (by position, -1: the last); vectors as (entities, 2)"""
+        """A field of a snapshot (by position, -1: the last); vectors as (entities, 2)
+
+        Rock that was taken out is left out; `removed` and `joint_removed` say which triangles and joints of the file that is.
+        """
         known = self.names(step)
         if name not in known:
             raise ResultsError(f"{self.path}: no field {name!r}; there are: {', '.join(sorted(known))}")
@@ -262,6 +283,8 @@ class Fields:
             if group is None or name not in group:
                 group = file[self._mesh_group(file, step)]
             values = group[name][...]
+            if name not in REMOVED.values():
+                values = values[self._there(file, step, known[name][0])]
         return values[:, :2] if values.ndim == 2 else values
 
     def mesh_name(self, step=-1):
@@ -276,10 +299,12 @@ class Fields:
         return exports.multiblock(self, step)
 
     def mesh(self, step=-1):
-        """The mesh of a snapshot"""
+        """The mesh of a snapshot, without what was taken out of it"""
         with self.open() as file:
             group = file[self._mesh_group(file, step)]
             arrays = {name: group[name][...] for name in Mesh.__dataclass_fields__ if name != "group_name"}
+            for name, place in OF_PLACE.items():
+                arrays[name] = arrays[name][self._there(file, step, place)]
             return Mesh(**arrays, group_name=[_plain(name) for name in group["group_name"][...]])
 
 
