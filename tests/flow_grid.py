@@ -11,7 +11,9 @@ import csv
 import subprocess
 from pathlib import Path
 
+import h5py
 import numpy as np
+import pytest
 
 LINE, TRIANGLE, POINT = 1, 2, 15
 
@@ -103,6 +105,22 @@ def run(femdem, folder, deck, *options, timeout=120):
     (folder / "deck.nml").write_text(deck, encoding="utf-8")
     command = [str(femdem), *options, "deck.nml"]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=timeout, check=False)
+
+
+def snapshots(femdem, folder, deck):
+    """Run a deck; places of the nodes of its results, times, and the fields of each snapshot by name."""
+    done = run(femdem, folder, deck)
+    assert done.returncode == 0, done.stderr
+    with h5py.File(folder / "results" / "fields.h5") as file:
+        steps = sorted(name for name in file if name.startswith("step_"))
+        times = np.array([file[step].attrs["time_s"] for step in steps])
+        fields = [{name: file[step][name][:] for name in file[step]} for step in steps]
+        return file["mesh/coordinates"][:], times, fields
+
+
+def close(value, relative):
+    """Relative alone: permeabilities are far below pytest's absolute tolerance"""
+    return pytest.approx(value, rel=relative, abs=0.0)
 
 
 def table(path):

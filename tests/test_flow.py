@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from flow_grid import Grid, run, table
+from flow_grid import Grid, close, run, table
 
 TOP = Path(__file__).resolve().parent.parent
 NETWORK = TOP / "input" / "network"
@@ -21,11 +21,6 @@ THROUGH = (
 # Sums of differences of pressures over the network, each with the rounding of the largest pressure
 BALANCE = 1e-12
 ROUNDING = 1e-10
-
-
-def close(value, relative):
-    """Relative alone: permeabilities are far below pytest's absolute tolerance"""
-    return pytest.approx(value, rel=relative, abs=0.0)
 
 
 def flow(femdem, folder, deck):

@@ -2,11 +2,10 @@
 
 import math
 
-import h5py
 import numpy as np
 import pytest
 
-from flow_grid import Grid, run, table
+from flow_grid import Grid, close, run, snapshots, table
 
 VISCOSITY, APERTURE, COMPRESSIBILITY = 1e-3, 1e-4, 4.5e-10
 CONDUCTS = APERTURE**3 / (12 * VISCOSITY)
@@ -14,23 +13,10 @@ RUN = "&run mesh = 'mesh.msh' /\n&flow permeability = .false. /\n"
 PUSHED = 1e6
 
 
-def close(value, relative):
-    """Relative alone"""
-    return pytest.approx(value, rel=relative, abs=0.0)
-
-
 def pressures(femdem, folder, deck):
     """Run a deck; places of the nodes, times and pressures of the snapshots (times, nodes)."""
-    done = run(femdem, folder, deck)
-    assert done.returncode == 0, done.stderr
-    with h5py.File(folder / "results" / "fields.h5") as file:
-        steps = sorted(name for name in file if name.startswith("step_"))
-        times = np.array([file[step].attrs["time_s"] for step in steps])
-        return (
-            file["mesh/coordinates"][:],
-            times,
-            np.array([file[step]["fluid_pressure"][:] for step in steps]),
-        )
+    x, times, fields = snapshots(femdem, folder, deck)
+    return x, times, np.array([field["fluid_pressure"] for field in fields])
 
 
 def along_a_joint(femdem, folder, width, length, time, walls=None):

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from femdem.places import module
+from flow_grid import Grid
 from scene import find_cases, run_case
 
 SCENES = Path(__file__).resolve().parent / "scenes"
@@ -107,3 +108,28 @@ def test_a_network_that_breaks(femdem, tmp_path):
     assert_same(one, two, ("history.csv", "edges.csv", "cracks.csv"))
     assert stop_and_go_on(femdem, deck, stopped, 1) >= 2
     assert_same(one, stopped, ("history.csv", "edges.csv", "cracks.csv"))
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("time", ["", "&transient step = 1, tolerance = 1e-2 /\n"])
+def test_two_way_flow_that_is_stopped(femdem, tmp_path, time):
+    grid = Grid(0.4, 0.2, 24, 12)
+    grid.fracture("fractures", (0, 0.1), (0.4, 0.1))
+    grid.write(tmp_path / "mesh.msh")
+    deck = "&run mesh = 'mesh.msh', solver = 'implicit' /\n&flow coupling = 'two-way' /\n" + time
+    deck += "&material group = 'rock', density = 2700, young = 30e9, poisson = 0.27 /\n"
+    deck += "&joint group = 'fractures', law = 'jcm', jrc0 = 9.7, jcs0_mpa = 169, l0 = 0.2, phi_r = 31, a0_mm = 0.194 /\n"
+    deck += "&porous group = 'rock', permeability = 1e-16, biot = 0.7, storage = 1e-11 /\n"
+    deck += "&boundary group = 'corner_sw', vx = 0, vy = 0 /\n&boundary group = 'corner_se', vy = 0 /\n"
+    for side in ("left", "right", "bottom", "top"):
+        deck += f"&boundary group = '{side}', stage = 'press', sxx = 5e6, syy = 8e6 /\n"
+    deck += "&flow_boundary group = 'left', stage = 'fill', pressure = 3e6 /\n"
+    deck += "&flow_boundary group = 'right', stage = 'press', pressure = 0 /\n"
+    for stage in ("press", "fill"):
+        deck += f"&stage name = '{stage}', cycles = 12, move_time = 10, equilibrium = 1e-6 /\n"
+    (tmp_path / "deck.nml").write_text(deck, encoding="utf-8")
+    whole, stopped = tmp_path / "whole", tmp_path / "stopped"
+    command = [femdem, "--quiet", "--output", whole, tmp_path / "deck.nml"]
+    subprocess.run(command, check=True, capture_output=True, timeout=300)
+    assert stop_and_go_on(femdem, tmp_path / "deck.nml", stopped, 3) >= 2
+    assert_same(whole, stopped, ("history.csv", "edges.csv", "flow.csv", "permeability.csv"))

@@ -1,4 +1,4 @@
-!> The group &transient: flow that changes with time, from an initial pressure on. Without it flow is steady.
+!> The group &transient: flow that changes with time, alone or coupled two-way. Without it flow is steady.
 module transient_group_m
    use kinds_m, only: wp
    use constants_m, only: unset
@@ -42,7 +42,7 @@ contains
       call variables%read(slice)
       call name_variables(variables, transient)
       call variables%end_reading(errors)
-      call check_range(errors, slice, 'duration', transient%duration, above=0.0_wp, required=.true.)
+      call check_range(errors, slice, 'duration', transient%duration, above=0.0_wp)
       call check_range(errors, slice, 'step', transient%step, above=0.0_wp, required=.true.)
       call check_range(errors, slice, 'output_interval', transient%output_interval, above=0.0_wp)
       call check_choice(errors, slice, 'steps', transient%steps, choices)
@@ -54,7 +54,7 @@ contains
       type(group_variables_t), intent(inout) :: variables
       type(transient_t), intent(inout) :: transient
 
-      call variables%keep('duration', transient%duration)
+      call variables%keep('duration', transient%duration, 'as long as the stages')
       call variables%keep('step', transient%step)
       call variables%keep('output_interval', transient%output_interval, 'one output, at the end')
       call variables%keep('steps', transient%steps)

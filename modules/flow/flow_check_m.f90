@@ -68,7 +68,7 @@ contains
       if (size(deck%flow_boundary) > 0 .and. .not. any(is_set(deck%flow_boundary%pressure)) .and. deck%transient%line == 0) &
          call errors%add(at(deck, deck%flow_boundary(1)%line, 'flow_boundary')//'no &flow_boundary gives a pressure: steady '// &
                          'flow needs one at least')
-      if (size(deck%flow_boundary) == 0 .and. .not. deck%flow%permeability) &
+      if (size(deck%flow_boundary) == 0 .and. .not. (deck%flow%permeability .or. deck%transient%line > 0)) &
          call errors%add(at(deck, deck%flow%line, 'flow')//'permeability = .false. and no &flow_boundary: nothing is asked '// &
                          'for; there must be a pressure, or permeability = .true.')
       call check_conduits(deck, errors)
@@ -84,7 +84,7 @@ contains
          call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'needs stages: without them nothing moves')
       if (size(deck%stage) > 0 .and. deck%run%solver /= 'implicit') &
          call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'needs solver = ''implicit'' of &run')
-      if (size(deck%flow_boundary) == 0) &
+      if (size(deck%flow_boundary) == 0 .and. deck%transient%line == 0) &
          call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'needs a &flow_boundary that gives the pressure')
       if (size(deck%cohesive) > 0) &
       call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'does not go with &cohesive: cracks that grow are for ''one-way''')
@@ -93,13 +93,32 @@ contains
                          'of &flow; leave out one of them')
    end subroutine check_two_way
 
-   !> Flow that changes with time is flow alone, and something drives it.
+   !> Flow that changes with time is flow alone or two-way coupled, and something drives it.
    subroutine check_transient(deck, errors)
       type(deck_t), intent(in) :: deck
       type(error_list_t), intent(inout) :: errors
+      integer :: i
 
-      if (size(deck%stage) > 0) call errors%add(at(deck, deck%transient%line, 'transient')//'the deck has stages: flow that '// &
-                                                'changes with time is computed in decks of flow alone; leave out one of them')
+      if (size(deck%stage) > 0) then
+         if (deck%flow%coupling /= 'two-way') &
+            call errors%add(at(deck, deck%transient%line, 'transient')//'the deck has stages: flow that changes with time '// &
+                            'under load needs coupling = ''two-way'' of &flow')
+         if (is_set(deck%transient%duration)) &
+            call errors%add(at(deck, deck%transient%line, 'transient')//'duration has no effect with stages: their move_time '// &
+                            'and cycles say how long; leave it out')
+         if (is_set(deck%transient%output_interval)) &
+            call errors%add(at(deck, deck%transient%line, 'transient')//'output_interval has no effect with stages: there is '// &
+                            'an output after every cycle; leave it out')
+         if (any(deck%stage%rest_time > 0.0_wp)) &
+            call errors%add(at(deck, deck%stage(findloc(deck%stage%rest_time > 0.0_wp, .true., dim=1))%line, 'stage')// &
+                            'rest_time must be 0 with &transient: cycles end at rest, and the fluid flows during move_time')
+         i = findloc(is_set(deck%conduit%wall_stiffness), .true., dim=1)
+         if (i > 0) call errors%add(at(deck, deck%conduit(i)%line, 'conduit')//'wall_stiffness has no effect with stages: the '// &
+                                    'walls give way as the &joint says; leave it out')
+         return
+      end if
+      if (.not. is_set(deck%transient%duration)) &
+         call errors%add(at(deck, deck%transient%line, 'transient')//'duration is missing; must be above 0')
       if (size(deck%flow_boundary) == 0) call errors%add(at(deck, deck%transient%line, 'transient')//'there is no '// &
                                                          '&flow_boundary: nothing would change; there must be one')
    end subroutine check_transient

@@ -12,7 +12,8 @@ module flow_m
    implicit none
    private
 
-   public :: find_network, init_flow, solve_flow, cubic_law, line_length, triangle_area, triangle_gradients, no_pressure
+   public :: find_network, init_flow, solve_flow, describe_flow, cubic_law, line_length, triangle_area, triangle_gradients
+   public :: no_pressure
 
    !> What conducts
    type, public :: conductors_t
@@ -283,6 +284,23 @@ contains
       field%stored = sum(equations%storing*(p - start), mask=equations%reached)
       if (through > 0.0_wp) field%imbalance = (sum(field%inflow) - field%stored)/through
    end subroutine solve_flow
+
+   !> Flow along lines and in triangles of a pressure that is known.
+   subroutine describe_flow(conductors, equations, pressure, field)
+      type(conductors_t), intent(in) :: conductors
+      !> Its network is known
+      type(flow_equations_t), intent(in) :: equations
+      !> (nodes) [Pa]
+      real(wp), intent(in) :: pressure(:)
+      !> Without inflows
+      type(flow_field_t), intent(out) :: field
+      real(wp) :: out(size(pressure))
+
+      call flows(conductors, equations, pressure, field, out)
+      allocate (field%pressure(size(pressure)))
+      field%pressure = no_pressure()
+      where (equations%reached) field%pressure = pressure
+   end subroutine describe_flow
 
    !> Flow along lines, flux in triangles, and what leaves each node into them.
    subroutine flows(conductors, equations, p, field, out)

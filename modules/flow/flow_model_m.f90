@@ -9,7 +9,8 @@ module flow_model_m
    use conduit_group_m, only: as_flow
    use edges_m, only: edge_table_t, build_edges
    use errors_m, only: error_list_t
-   use flow_m, only: conductors_t, flow_equations_t, flow_field_t, init_flow, solve_flow, cubic_law, line_length, triangle_area
+   use flow_m, only: conductors_t, flow_equations_t, flow_field_t, find_network, init_flow, solve_flow, describe_flow, &
+                     cubic_law, line_length, triangle_area
    use hydraulic_aperture_m, only: hydraulic_law_named, hydraulic_equal, hydraulic_aperture
    use loads_m, only: stage_number
    use mesh_m, only: mesh_t, find_group, place_text, a_point, a_curve, a_surface
@@ -22,7 +23,7 @@ module flow_model_m
 
    public :: init_flow_model, set_moment, set_lines, set_apertures, set_storage, solve_boundary_flow, solve_permeability
    public :: outer_edges
-   public :: boundary_values, add_sources, finish_flow
+   public :: boundary_values, add_sources, finish_flow, rock_storage, known_flow
 
    !> What is asked of one &flow_boundary, and its nodes
    type :: prescription_t
@@ -227,13 +228,10 @@ contains
    subroutine set_storage(model, mesh)
       type(flow_model_t), intent(inout) :: model
       type(mesh_t), intent(in) :: mesh
-      real(wp) :: specific(0:size(mesh%group)), taken
+      real(wp) :: specific(size(mesh%triangle_group)), taken
       integer :: i
 
-      specific = 0.0_wp
-      do i = 1, size(model%deck%porous)
-         specific(find_group(mesh%group, model%deck%porous(i)%group, a_surface)) = model%deck%porous(i)%storage
-      end do
+      specific = rock_storage(model, mesh)
       associate (conductors => model%conductors)
          conductors%storage = [(0.0_wp, i=1, size(conductors%x, 2))]
          do i = 1, size(conductors%line, 2)
@@ -248,11 +246,26 @@ contains
             if (.not. conductors%mobility(i) > 0.0_wp) cycle
             associate (node => conductors%triangle(:, i))
                conductors%storage(node) = conductors%storage(node) &
-                                          + triangle_area(conductors, i)*specific(mesh%triangle_group(i))/3.0_wp
+                                          + triangle_area(conductors, i)*specific(i)/3.0_wp
             end associate
          end do
       end associate
    end subroutine set_storage
+
+   !> Storage of the rock (triangles) [1/Pa].
+   pure function rock_storage(model, mesh) result(storage)
+      type(flow_model_t), intent(in) :: model
+      type(mesh_t), intent(in) :: mesh
+      real(wp) :: storage(size(mesh%triangle_group))
+      real(wp) :: specific(0:size(mesh%group))
+      integer :: i
+
+      specific = 0.0_wp
+      do i = 1, size(model%deck%porous)
+         specific(find_group(mesh%group, model%deck%porous(i)%group, a_surface)) = model%deck%porous(i)%storage
+      end do
+      storage = specific(mesh%triangle_group)
+   end function rock_storage
 
    !> Nodes where the deck prescribes a pressure, and that [Pa]; the boundary that each node counts for, 0 for none (nodes).
    subroutine boundary_values(model, fixed, pressure, owner)
@@ -296,6 +309,30 @@ contains
          if (owner(k) > 0) flow%inflow(owner(k)) = flow%inflow(owner(k)) + flow%field%inflow(k)
       end do
    end subroutine finish_flow
+
+   !> The flow of a pressure that is known, and the inflows it was found with.
+   subroutine known_flow(model, pressure, inflow, imbalance, flow)
+      type(flow_model_t), intent(in) :: model
+      !> (nodes) [Pa], [m2/s]
+      real(wp), intent(in) :: pressure(:), inflow(:)
+      !> What was left of the inflows after what was taken up [-]
+      real(wp), intent(in) :: imbalance
+      type(boundary_flow_t), intent(out) :: flow
+      type(flow_equations_t) :: equations
+      real(wp), allocatable :: prescribed(:)
+      logical, allocatable :: fixed(:)
+      integer, allocatable :: owner(:)
+
+      call boundary_values(model, fixed, prescribed, owner)
+      call find_network(model%conductors, fixed, equations)
+      ! What conducts takes up fluid, and has a pressure
+      equations%reached = equations%part > 0
+      equations%parts_left_out = 0
+      call describe_flow(model%conductors, equations, pressure, flow%field)
+      flow%field%inflow = inflow
+      flow%field%imbalance = imbalance
+      call finish_flow(model, equations, owner, flow)
+   end subroutine known_flow
 
    !> Solve for what the deck prescribes at the boundary.
    subroutine solve_boundary_flow(model, flow, errors)

@@ -35,7 +35,11 @@ contains
       call set_lines(model, mesh, line, group, [(0, i=1, size(group))])
       nothing = [(0.0_wp, i=1, size(group))]
       call set_apertures(model, 1.0_wp + nothing, nothing, nothing, nothing >= 0.0_wp)
-      if (deck%transient%line > 0) call set_storage(model, mesh)
+      if (deck%transient%line > 0) then
+         call set_storage(model, mesh)
+         ! Walls and rock that give way take it up
+         if (deck%flow%coupling == 'two-way') model%conductors%storage = 1.0_wp
+      end if
       allocate (source(size(mesh%x, 2)), source=0.0_wp)
       before = errors%count()
       do stage = min(1, size(deck%stage)), size(deck%stage)

@@ -11,6 +11,13 @@ module loads_m
    implicit none
    private
 
+   !> What a fluid pushes with, of two-way coupling: nodal loads at two levels of the stage, linear in between (2, nodes)
+   !> [N per m of thickness]; not allocated without
+   type, public :: push_t
+      real(wp), allocatable :: from(:, :), to(:, :)
+      real(wp) :: level(2) = [0.0_wp, 1.0_wp]
+   end type push_t
+
    !> Loads and prescribed motion of the current stage
    type, public :: loads_t
       !> Is the displacement component prescribed? (2, nodes)
@@ -23,6 +30,7 @@ module loads_m
       logical :: dead_changes = .false.
       !> Find them in every call, whether or not their level has changed? (a check: the same loads)
       logical :: every_time = .false.
+      type(push_t) :: fluid
       !> Follower pressure on surface edges at the start and end of the stage (loaded edges) [Pa]
       real(wp), allocatable :: pressure_start(:), pressure_end(:)
       !> Nodes of the edges under pressure, rock on the left (2, loaded edges), and their surface edge
@@ -220,11 +228,17 @@ contains
       integer :: e
       logical :: same
 
-      same = is_set(level_then) .and. (.not. loads%dead_changes .or. abs(level - level_then) <= 0.0_wp)
+      same = is_set(level_then) .and. (.not. (loads%dead_changes .or. allocated(loads%fluid%to)) &
+                                       .or. abs(level - level_then) <= 0.0_wp)
       same = same .and. .not. loads%every_time
       if (same .and. size(loads%pressure_surface) == 0) return
       level_then = level
       force = loads%dead_start + level*(loads%dead_end - loads%dead_start)
+      if (allocated(loads%fluid%to)) then
+         associate (fluid => loads%fluid)
+            force = force + fluid%from + (level - fluid%level(1))/(fluid%level(2) - fluid%level(1))*(fluid%to - fluid%from)
+         end associate
+      end if
       do e = 1, size(loads%pressure_surface)
          associate (p => loads%pressure_edge(1, e), q => loads%pressure_edge(2, e))
             along = x(:, q) + u(:, q) - x(:, p) - u(:, p)

@@ -14,7 +14,7 @@ module pore_pressure_m
    implicit none
    private
 
-   public :: add_pore_pressure, press_rock, press_walls
+   public :: add_pore_pressure, press_rock, press_walls, rock_growth
 
 contains
 
@@ -92,6 +92,26 @@ contains
          end associate
       end do
    end subroutine press_rock
+
+   !> What the triangles have gained in area, to first order: what press_rock does work on (triangles) [m2].
+   pure function rock_growth(split, u) result(growth)
+      type(split_mesh_t), intent(in) :: split
+      !> Displacement (2, nodes) [m]
+      real(wp), intent(in) :: u(:, :)
+      real(wp) :: growth(size(split%triangle, 2))
+      real(wp) :: opposite(2)
+      integer :: e, i
+
+      growth = 0.0_wp
+      do e = 1, size(growth)
+         associate (node => split%triangle(:, e))
+            do i = 1, 3
+               opposite = split%x(:, node(mod(i + 1, 3) + 1)) - split%x(:, node(mod(i, 3) + 1))
+               growth(e) = growth(e) + 0.5_wp*(opposite(1)*u(2, node(i)) - opposite(2)*u(1, node(i)))
+            end do
+         end associate
+      end do
+   end function rock_growth
 
    !> Push walls apart, each into its rock: with the pressure of the fluid between them, or, where a bond still holds them
    !> together, with biot p, so that the bond carries the stress that the rock would carry in its place.

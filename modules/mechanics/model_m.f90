@@ -79,7 +79,7 @@ module model_m
    end type model_t
 
    public :: begin_stage, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, start_contact, &
-             first_friction, material_of
+             first_friction, material_of, holds_fluid
 
 contains
 
@@ -269,7 +269,8 @@ contains
 
       model%stage = stage
       call start_stage(model%split, model%deck%boundary, model%deck%stage%name, stage, model%nodes%weight, model%loads)
-      call add_pore_pressure(model%split, model%deck%pore_pressure, model%deck%stage%name, stage, filled(model, state), model%loads)
+      call add_pore_pressure(model%split, model%deck%pore_pressure, model%deck%stage%name, stage, &
+                             holds_fluid(model, state), model%loads)
       ! Weight that is not ramped is there from the very start
       if (stage == 1 .and. .not. model%deck%gravity%ramped) model%loads%dead_start = model%nodes%weight
       do i = 1, 2
@@ -286,14 +287,14 @@ contains
    end subroutine begin_stage
 
    !> Can fluid be between the walls of a joint element? On fractures, and in cracks that have broken (joints).
-   pure function filled(model, state)
+   pure function holds_fluid(model, state) result(holds)
       type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
-      logical :: filled(size(model%split%joint, 2))
+      logical :: holds(size(model%split%joint, 2))
 
-      filled = .true.
-      if (model%can_break) filled(model%bonds%fractures + 1:) = state%bonds%broken
-   end function filled
+      holds = .true.
+      if (model%can_break) holds(model%bonds%fractures + 1:) = state%bonds%broken
+   end function holds_fluid
 
    !> Does the rest of a stage end at equilibrium rather than at a given time?
    pure logical function until_balanced(self, stage)

@@ -40,6 +40,19 @@ module state_m
       real(wp) :: move_part = 0.0_wp
    end type guess_t
 
+   !> What two-way coupling remembers of the fluid; nothing is allocated without
+   type, public :: fluid_memory_t
+      !> At the end of the last step, at the nodes of the mesh as read: pressure, 0 where there is none [Pa]; how it changed in that
+      !> step [Pa/s]; what flowed in [m2/s]
+      real(wp), allocatable :: pressure(:), rate(:), inflow(:)
+      !> Was there fluid between the walls? 1 yes, 0 no (joints)
+      integer, allocatable :: filled(:)
+      !> Last step of time (0: none yet), step that the error allows [s], largest change of pressure so far [Pa]
+      real(wp) :: last = 0.0_wp, wanted = 0.0_wp, range = 0.0_wp
+      !> What was left in that step of the inflows after what was taken up, over the larger of both [-]
+      real(wp) :: imbalance = 0.0_wp
+   end type fluid_memory_t
+
    !> State of the run
    type, public :: state_t
       !> Time [s] and number of steps
@@ -74,6 +87,7 @@ module state_m
       !> Level that the nodal loads were found for last (unset: not yet)
       real(wp) :: load_level = unset
       type(guess_t) :: guess
+      type(fluid_memory_t) :: fluid
       type(energy_t) :: energy
    end type state_t
 

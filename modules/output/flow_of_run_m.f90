@@ -45,7 +45,7 @@ contains
       call set_moment(flow%model, place%stage, real(place%cycle, wp)/real(model%deck%stage(place%stage)%cycles, wp))
       call conducting_lines(model, state, line, filled)
       call flow%take(line, model%split%joint_group, model%topology%edge_of_joint, state%aperture, state%joint%ratio, &
-                     mobilised_roughness(model%joints%law, state%joint%ratio, state%joint%sn), filled, errors)
+                     mobilised_roughness(model%joints%law, state%joint%ratio, state%joint%sn), filled, errors, state%fluid)
    end subroutine take_run_flow
 
    !> A row in each table of flow.

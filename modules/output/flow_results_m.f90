@@ -5,13 +5,14 @@ module flow_results_m
    use deck_m, only: deck_t
    use errors_m, only: error_list_t
    use field_list_m, only: field_list_t, on_nodes, on_triangles, on_joints
-   use flow_check_m, only: has_flow
+   use flow_check_m, only: has_flow, is_flow_alone
    use flow_m, only: no_pressure
    use flow_model_m, only: flow_model_t, boundary_flow_t, init_flow_model, set_lines, set_apertures, set_storage, &
-                           solve_boundary_flow, solve_permeability
+                           solve_boundary_flow, known_flow, solve_permeability
    use history_m, only: history_t, column_length
    use mesh_m, only: mesh_t
    use permeability_m, only: permeability_t
+   use state_m, only: fluid_memory_t
    implicit none
    private
 
@@ -73,7 +74,7 @@ contains
       self%mesh = mesh
       call init_flow_model(deck, mesh, self%model)
       if (deck%flow%permeability) call start(self%permeability, 'permeability.csv', [common, of_permeability])
-      if (size(deck%flow_boundary) > 0) call start(self%flow, 'flow.csv', flow_columns(deck))
+      if (has_pressure(deck)) call start(self%flow, 'flow.csv', flow_columns(deck))
 
    contains
 
@@ -89,6 +90,13 @@ contains
       end subroutine start
 
    end subroutine open_flow_results
+
+   !> Is a pressure of the fluid found?
+   pure logical function has_pressure(deck)
+      type(deck_t), intent(in) :: deck
+
+      has_pressure = size(deck%flow_boundary) > 0 .or. deck%transient%line > 0
+   end function has_pressure
 
    !> Columns of flow.csv: the inflow of each &flow_boundary among them.
    pure function flow_columns(deck) result(column)
@@ -106,18 +114,24 @@ contains
    end function flow_columns
 
    !> Take lines and apertures over, and solve for the boundary conditions.
-   subroutine take(self, line, group, block_edge, aperture_mm, mobilisation, jrc_mobilised, filled, errors)
+   subroutine take(self, line, group, block_edge, aperture_mm, mobilisation, jrc_mobilised, filled, errors, fluid)
       class(flow_results_t), intent(inout) :: self
       !> As set_lines and set_apertures of flow_model_m have them
       integer, intent(in) :: line(:, :), group(:), block_edge(:)
       real(wp), intent(in) :: aperture_mm(:), mobilisation(:), jrc_mobilised(:)
       logical, intent(in) :: filled(:)
       type(error_list_t), intent(inout) :: errors
+      !> Of two-way coupling; with time its pressure is that to show
+      type(fluid_memory_t), intent(in), optional :: fluid
 
       if (.not. self%active) return
       call set_lines(self%model, self%mesh, line, group, block_edge)
       call set_apertures(self%model, aperture_mm, mobilisation, jrc_mobilised, filled)
       if (self%model%deck%transient%line > 0) then
+         if (present(fluid)) then
+            call known_flow(self%model, fluid%pressure, fluid%inflow, fluid%imbalance, self%solution)
+            return
+         end if
          call set_storage(self%model, self%mesh)
          return
       end if
@@ -143,7 +157,8 @@ contains
                                            aperture_statistics(self%model)/millimetre], errors)
       end if
       if (present(permeability)) permeability = found
-      if (size(self%model%boundary) > 0 .and. self%model%deck%transient%line == 0) call self%write_flow_row(moment, errors)
+      if (has_pressure(self%model%deck) .and. .not. (is_flow_alone(self%model%deck) .and. self%model%deck%transient%line > 0)) &
+         call self%write_flow_row(moment, errors)
    end subroutine write_row
 
    !> A row of flow.csv.
@@ -197,7 +212,7 @@ contains
       if (.not. self%active) return
       call list%add('hydraulic_aperture_mm', 'mm', 'hydraulic aperture; 0 where nothing conducts', on_joints, &
                     self%model%hydraulic/millimetre)
-      if (size(self%model%boundary) == 0) return
+      if (.not. has_pressure(self%model%deck)) return
       associate (field => self%solution%field)
          call list%add('fluid_pressure', 'Pa', 'pressure of the fluid; not a number where there is none', on_nodes, &
                        field%pressure(origin))

@@ -11,6 +11,7 @@ module run_checkpoint_m
    use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
    use cracks_m, only: breaks_t
    use excavation_m, only: find_excavation
+   use fluid_coupling_m, only: is_two_way
    use model_m, only: model_t
    use sparse_system_m, only: kept_matrix_t
    use state_m, only: state_t
@@ -107,6 +108,7 @@ contains
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
       real(wp), allocatable :: table(:, :), list(:)
+      logical :: keeps_fluid
 
       ! Motion and forces
       call file%keep('time', state%time, errors)
@@ -158,6 +160,19 @@ contains
       call file%keep('guess_part', state%guess%part, errors)
       call file%keep('guess_move', state%guess%move, errors)
       call file%keep('guess_move_part', state%guess%move_part, errors)
+      keeps_fluid = is_two_way(model%deck)
+      ! A run without fluid may go on with it
+      if (keeps_fluid .and. .not. file%writing) keeps_fluid = file%has('fluid_pressure')
+      if (keeps_fluid) then
+         call file%keep('fluid_pressure', state%fluid%pressure, errors)
+         call file%keep('fluid_rate', state%fluid%rate, errors)
+         call file%keep('fluid_inflow', state%fluid%inflow, errors)
+         call file%keep('fluid_filled', state%fluid%filled, errors)
+         call file%keep('fluid_last', state%fluid%last, errors)
+         call file%keep('fluid_wanted', state%fluid%wanted, errors)
+         call file%keep('fluid_range', state%fluid%range, errors)
+         call file%keep('fluid_imbalance', state%fluid%imbalance, errors)
+      end if
       if (.not. model%can_break) return
       ! Rock that breaks: what has broken, and forces not let go of yet
       if (.not. file%writing) then

@@ -1,6 +1,7 @@
 !> One cycle of a run with its solver. Solvers take the model as it is; where rock breaks they return, the model is brought up to
 !> that (recut_m), and they go on.
 module cycle_m
+   use cracks_m, only: breaks_t
    use errors_m, only: error_list_t
    use log_m, only: log_t, progress_t
    use model_m, only: model_t
@@ -8,9 +9,9 @@ module cycle_m
    use recut_m, only: recut
    use solver_choice_m, only: solver_explicit, solver_implicit, solver_relaxation
    use explicit_m, only: explicit_cycle, cycle_report_t, march_t
-   use implicit_m, only: implicit_cycle, implicit_solver_t
+   use implicit_m, only: implicit_cycle, enter_stage, settle, implicit_solver_t
    use relaxation_m, only: relaxation_cycle, relaxation_place_t
-   use fluid_coupling_m, only: fluid_coupling_t, is_two_way, start_passes, end_pass
+   use fluid_coupling_m, only: fluid_coupling_t, is_two_way, hold_pressure, start_cycle, end_pass, go_on_broken
    implicit none
    private
 
@@ -26,8 +27,7 @@ module cycle_m
 
 contains
 
-   !> One cycle of a stage; with fluid that pushes back, done again until pressure and apertures agree. On failure errors says
-   !> when, where and what.
+   !> One cycle of a stage. On failure errors says when, where and what.
    subroutine run_cycle(solvers, model, stage, cycle, log, progress, state, report, errors)
       type(solvers_t), intent(inout) :: solvers
       type(model_t), intent(inout) :: model
@@ -38,15 +38,12 @@ contains
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(out) :: report
       type(error_list_t), intent(inout) :: errors
-      logical :: two_way, agreed
 
-      two_way = is_two_way(model%deck)
-      if (two_way) call start_passes(solvers%fluid, model, stage, cycle, state, errors)
+      if (is_two_way(model%deck)) then
+         call coupled_cycle(solvers, model, stage, cycle, log, progress, state, report, errors)
+         return
+      end if
       do while (.not. errors%any())
-         if (two_way) then
-            model%loads = solvers%fluid%loads
-            report = cycle_report_t()
-         end if
          select case (model%solver)
          case (solver_explicit)
             call explicit_cycle(model, stage, cycle, log, progress, solvers%march, state, report, errors)
@@ -56,14 +53,44 @@ contains
             call relaxation_cycle(model, stage, cycle, log, progress, solvers%place, state, report, errors)
          end select
          if (errors%any() .or. report%interrupted) return
-         if (report%breaks%any()) then
-            call recut(model, report%breaks, report%level, state)
-            cycle
-         end if
-         if (.not. two_way) return
-         call end_pass(solvers%fluid, model, stage, cycle, state, agreed, errors)
-         if (agreed) return
+         if (.not. report%breaks%any()) return
+         call recut(model, report%breaks, report%level, state)
       end do
    end subroutine run_cycle
+
+   !> One cycle with fluid that pushes back: each of its steps is done again until pressure and apertures agree. Only then may rock
+   !> break, and they have to agree anew.
+   subroutine coupled_cycle(solvers, model, stage, cycle, log, progress, state, report, errors)
+      type(solvers_t), intent(inout) :: solvers
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: stage, cycle
+      type(log_t), intent(in) :: log
+      type(progress_t), intent(inout) :: progress
+      type(state_t), intent(inout) :: state
+      type(cycle_report_t), intent(inout) :: report
+      type(error_list_t), intent(inout) :: errors
+      type(breaks_t) :: breaks
+
+      associate (fluid => solvers%fluid, solver => solvers%implicit)
+         solver%cracks_wait = .true.
+         call hold_pressure(fluid, model, state)
+         model%loads%fluid = fluid%push
+         call enter_stage(solver, model, stage, cycle, log, state, errors)
+         if (.not. errors%any()) call start_cycle(fluid, model, stage, cycle, state, errors)
+         do while (.not. (errors%any() .or. fluid%over))
+            model%loads%fluid = fluid%push
+            if (fluid%settles) then
+               call settle(solver, model, stage, cycle, state, report, errors)
+            else
+               call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors, fluid%part)
+            end if
+            if (errors%any() .or. report%interrupted) return
+            call end_pass(fluid, model, stage, cycle, state, breaks, errors)
+            if (errors%any() .or. .not. breaks%any()) cycle
+            call recut(model, breaks, solver%level(), state)
+            call go_on_broken(fluid, model, cycle, state)
+         end do
+      end associate
+   end subroutine coupled_cycle
 
 end module cycle_m

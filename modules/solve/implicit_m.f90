@@ -26,12 +26,12 @@ module implicit_m
    implicit none
    private
 
-   public :: implicit_cycle
+   public :: implicit_cycle, enter_stage, settle
 
    !> How far a cycle has come, for one that goes on after rock has broken
    type :: way_t
-      !> Part of the cycle that is done, and part of it that the increment adds
-      real(wp) :: done = 0.0_wp, part = 0.0_wp
+      !> Part of the cycle that is done, part of it that the increment adds, and where it is to end
+      real(wp) :: done = 0.0_wp, part = 0.0_wp, until = 1.0_wp
       !> Loads at the increment's end, 0 to 1 over the stage, and the time it takes [s]
       real(wp) :: level = 0.0_wp, duration = 0.0_wp
       !> Starts at the last rest
@@ -52,8 +52,12 @@ module implicit_m
       private
       !> Matrix of the checkpoint that the run goes on from
       type(kept_matrix_t), allocatable, public :: kept
+      !> Do cracks wait for another call, which looks after them? (fluid that pushes back)
+      logical, public :: cracks_wait = .false.
       !> Stage the system was laid out for (0: none)
       integer :: stage = 0
+      !> How many times the model had changed when it was laid out last
+      integer :: recuts = 0
       !> Has contact of other surfaces been warned of?
       logical :: warned = .false.
       !> Steps of pseudo-time so far
@@ -61,6 +65,7 @@ module implicit_m
       type(way_t) :: way
    contains
       procedure :: matrix => matrix_in_use
+      procedure :: level => load_level
       procedure :: matrix_number
       procedure :: close => close_solver
    end type implicit_solver_t
@@ -98,7 +103,7 @@ contains
 
    !> One cycle of a stage, in as many increments as it needs. Where rock breaks it returns with what is to change in the model
    !> (report%breaks), and goes on when it is called again. On failure errors says when, where and what.
-   subroutine implicit_cycle(self, model, stage, cycle, log, progress, state, report, errors)
+   subroutine implicit_cycle(self, model, stage, cycle, log, progress, state, report, errors, of_cycle)
       type(implicit_solver_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       !> Stage and cycle, from 1
@@ -108,10 +113,12 @@ contains
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
+      !> Start and end as parts of the cycle; all of it when not given
+      real(wp), intent(in), optional :: of_cycle(2)
       integer :: ending
       logical :: broken
 
-      if (stage /= self%stage) call prepare_stage(self, model, stage, cycle, log, state, errors)
+      call enter_stage(self, model, stage, cycle, log, state, errors)
       if (errors%any()) return
       broken = report%breaks%any()
       report%breaks = breaks_t()
@@ -119,8 +126,9 @@ contains
          call take_new_mesh(self, model, state)
       else
          self%way = way_t()
+         if (present(of_cycle)) self%way = way_t(done=of_cycle(1), until=of_cycle(2))
       end if
-      do while (self%way%done < 1.0_wp)
+      do while (self%way%done < self%way%until)
          if (self%way%in_pseudo_time) then
             call follow(self, model, state, report%breaks, ending)
          else if (broken) then
@@ -130,7 +138,7 @@ contains
          end if
          broken = .false.
          if (ending == end_again) cycle
-         if (ending == end_rest .and. model%can_break) then
+         if (ending == end_rest .and. model%can_break .and. .not. self%cracks_wait) then
             call find_breaks(model, state, report%breaks)
             if (report%breaks%any()) ending = end_broken
          end if
@@ -148,18 +156,18 @@ contains
          end select
          associate (way => self%way)
             way%done = way%done + way%part
-            if (1.0_wp - way%done < least_part) way%done = 1.0_wp
+            if (way%until - way%done < least_part*way%until) way%done = way%until
             state%time = state%time + way%duration
             state%step = state%step + 1_i8
             report%steps = report%steps + 1_i8
             report%smallest_step = min(report%smallest_step, way%duration)
             call progress%tick(log, fraction_done(model, stage, cycle, .true., way%done))
-            if (way%done < 1.0_wp) report%interrupted = stop_wanted()
+            if (way%done < way%until) report%interrupted = stop_wanted()
          end associate
          if (report%interrupted) return
       end do
       if (model%has_contact) call check_other_contact(self, model, stage, log, state, errors)
-      state%time = state%time + max(0.0_wp, model%deck%stage(stage)%rest_time)
+      if (self%way%until >= 1.0_wp) state%time = state%time + max(0.0_wp, model%deck%stage(stage)%rest_time)
       report%unbalanced = unbalanced_ratio(model%loads, state)
       call describe_bonds(model, state)
    end subroutine implicit_cycle
@@ -176,9 +184,9 @@ contains
       logical :: found
 
       associate (way => self%way)
-         way%part = min(state%guess%part, 1.0_wp - way%done)
+         way%part = min(state%guess%part, way%until - way%done)
          way%duration = way%part*model%deck%stage(stage)%move_time
-         way%level = (real(cycle - 1, wp) + min(1.0_wp, way%done + way%part))/real(model%deck%stage(stage)%cycles, wp)
+         way%level = (real(cycle - 1, wp) + min(way%until, way%done + way%part))/real(model%deck%stage(stage)%cycles, wp)
          call start_increment_at(model, way%level, way%duration, state, way%increment)
          call first_guess(model, way%part, way%duration, way%increment, state)
       end associate
@@ -259,7 +267,29 @@ contains
       end if
    end subroutine rest_again
 
-   !> Unknowns and forces of a model that has changed.
+   !> Rest once more where the last increment ended: rock has broken, or the fluid pushes otherwise. Cracks wait.
+   subroutine settle(self, model, stage, cycle, state, report, errors)
+      type(implicit_solver_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: stage, cycle
+      type(state_t), intent(inout) :: state
+      type(cycle_report_t), intent(inout) :: report
+      type(error_list_t), intent(inout) :: errors
+      integer :: ending
+
+      call take_new_mesh(self, model, state)
+      self%way%in_pseudo_time = .false.
+      call start_increment_at(model, self%way%level, 0.0_wp, state, self%way%increment)
+      call rest_again(self, model, state, ending)
+      if (ending == end_again) call follow(self, model, state, report%breaks, ending)
+      if (ending == end_linear) call report_linear_failure(self, model, stage, cycle, state, report, errors)
+      if (ending /= end_linear .and. ending /= end_rest) &
+         call report_failure(self, model, stage, cycle, ending, state, report, errors)
+      report%unbalanced = unbalanced_ratio(model%loads, state)
+      call describe_bonds(model, state)
+   end subroutine settle
+
+   !> Forces of a model that has changed, or of loads that have, and unknowns where need be.
    subroutine take_new_mesh(self, model, state)
       type(implicit_solver_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -268,7 +298,8 @@ contains
 
       call start_increment_at(model, self%way%level, 0.0_wp, state, increment)
       call evaluate(model, increment, state)
-      call lay_out(self, model, state)
+      if (self%recuts /= model%recuts) call lay_out(self, model, state)
+      self%recuts = model%recuts
    end subroutine take_new_mesh
 
    !> Go on in pseudo-time from the present state.
@@ -343,7 +374,7 @@ contains
          call account_increment(model, increment%start, state)
          ! Calmer than before: there may be rest nearby
          self%way%calming = unbalanced_ratio(model%loads, state) < calm*unbalanced
-         if (model%can_break) call find_breaks(model, state, breaks)
+         if (model%can_break .and. .not. self%cracks_wait) call find_breaks(model, state, breaks)
          if (breaks%any()) ending = end_broken
          if (found .and. .not. breaks%any()) ending = end_rest
          self%way%in_pseudo_time = ending /= end_rest
@@ -368,8 +399,9 @@ contains
       has_collapsed = maxval(abs(state%u - began), mask=.not. model%loads%fixed) > collapsed*maxval(extent)
    end function has_collapsed
 
-   !> A new stage prescribes other displacements: other unknowns, another pattern, nothing to extrapolate from.
-   subroutine prepare_stage(self, model, stage, cycle, log, state, errors)
+   !> A new stage prescribes other displacements: other unknowns, another pattern, nothing to extrapolate from. Nothing is done
+   !> in the stage that is on.
+   subroutine enter_stage(self, model, stage, cycle, log, state, errors)
       type(implicit_solver_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
@@ -378,11 +410,13 @@ contains
       type(error_list_t), intent(inout) :: errors
       type(newton_increment_t) :: increment
 
+      if (stage == self%stage) return
       call check_support(self, model, stage, log, errors)
       if (errors%any()) return
       self%stage = stage
       ! In the middle of a stage a run goes on from its checkpoint
       if (cycle > 1 .and. state%guess%known .and. allocated(self%kept)) then
+         self%recuts = model%recuts
          call lay_out_as_kept(self, model, self%kept)
          deallocate (self%kept)
          return
@@ -396,7 +430,8 @@ contains
       call start_increment_at(model, real(cycle - 1, wp)/real(model%deck%stage(stage)%cycles, wp), 0.0_wp, state, increment)
       call evaluate(model, increment, state)
       call lay_out(self, model, state)
-   end subroutine prepare_stage
+      self%recuts = model%recuts
+   end subroutine enter_stage
 
    !> Find what nothing holds: refuse it, or hold it by weak springs in the matrix alone, which carry no force.
    subroutine check_support(self, model, stage, log, errors)
@@ -595,6 +630,13 @@ contains
       end function mean_slip
 
    end function moving_edges
+
+   !> Loads at the end of the last increment, 0 to 1 over the stage.
+   pure real(wp) function load_level(self) result(level)
+      class(implicit_solver_t), intent(in) :: self
+
+      level = self%way%level
+   end function load_level
 
    !> What a checkpoint keeps of the matrix; nothing for other solvers.
    pure function matrix_in_use(self) result(matrix)
