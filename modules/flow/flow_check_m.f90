@@ -88,6 +88,8 @@ contains
          call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'needs a &flow_boundary that gives the pressure')
       if (size(deck%cohesive) > 0) &
       call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'does not go with &cohesive: cracks that grow are for ''one-way''')
+      if (any(deck%stage%remove /= '')) &
+         call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'does not go with remove of &stage: that is for ''one-way''')
       if (size(deck%pore_pressure) > 0) &
          call errors%add(at(deck, deck%pore_pressure(1)%line, 'pore_pressure')//'the pressure is found with '//two_way// &
                          'of &flow; leave out one of them')
