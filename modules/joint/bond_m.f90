@@ -19,7 +19,7 @@ module bond_m
    real(wp), parameter, public :: bond_weight(bond_points) = [5.0_wp, 8.0_wp, 5.0_wp]/18.0_wp
 
    !> How closely a bond is looked at: its points do not follow while it rests far below its strength; they are up to date; they
-   !> have to be, as it is damaged or was put in under stress
+   !> have to be, as it is damaged, was put in under stress or holds no more
    integer, parameter, public :: resting = 0, watched = 1, followed = 2
    !> A bond rests up to this part of its strength
    real(wp), parameter :: resting_part = 0.9_wp
@@ -171,55 +171,93 @@ contains
       integer, contiguous, intent(inout) :: watch(:)
       type(cohesive_point_t), contiguous, intent(inout) :: point(:, :)
       real(wp), contiguous, intent(inout) :: force(:, :)
-      real(wp), dimension(block_size) :: sx, sy, ex, ey, mx, my, excess
-      real(wp) :: length_now, opening, slip, strength, start, end
-      integer :: first, m, k, b, p, q, pp, qq
+      real(wp) :: at_start(2, block_size), at_end(2, block_size)
+      logical :: rests(block_size)
+      integer :: first, m, k, b
 
       do first = 1, size(node, 2), block_size
          m = min(block_size, size(node, 2) - first + 1)
+         associate (last => first + m - 1)
+            call pull_block(m, size(u, 2), node(:, first:last), u, rows%edge(:, first:last), rows%pull(first:last), &
+                            rows%slip(first:last), rows%friction(first:last), rows%ratio(first:last), at_start, at_end, rests)
+            rests(:m) = rests(:m) .and. watch(first:last) /= followed
+            if (all(rests(:m))) then
+               watch(first:last) = resting
+               call add_block(m, size(u, 2), node(:, first:last), at_start, at_end, force)
+               cycle
+            end if
+         end associate
          do k = 1, m
             b = first + k - 1
-            p = node(1, b)
-            q = node(2, b)
-            pp = node(3, b)
-            qq = node(4, b)
-            sx(k) = u(1, pp) - u(1, p)
-            sy(k) = u(2, pp) - u(2, p)
-            ex(k) = u(1, qq) - u(1, q)
-            ey(k) = u(2, qq) - u(2, q)
-            mx(k) = rows%edge(1, b) + ((u(1, q) - u(1, p)) + (u(1, qq) - u(1, pp)))
-            my(k) = rows%edge(2, b) + ((u(2, q) - u(2, p)) + (u(2, qq) - u(2, pp)))
-         end do
-         do k = 1, m
-            b = first + k - 1
-            ! All times the length of twice the median line
-            length_now = sqrt(mx(k)**2 + my(k)**2)
-            opening = max(sy(k)*mx(k) - sx(k)*my(k), ey(k)*mx(k) - ex(k)*my(k))
-            slip = max(abs(sx(k)*mx(k) + sy(k)*my(k)), abs(ex(k)*mx(k) + ey(k)*my(k)))
-            strength = rows%slip(b)*length_now + rows%friction(b)*max(-opening, 0.0_wp)
-            excess(k) = slip**2 + (rows%ratio(b)*max(opening, 0.0_wp))**2 - strength**2
-            start = sx(k)
-            end = ex(k)
-            sx(k) = rows%pull(b)*(2.0_wp*start + end)
-            ex(k) = rows%pull(b)*(start + 2.0_wp*end)
-            start = sy(k)
-            end = ey(k)
-            sy(k) = rows%pull(b)*(2.0_wp*start + end)
-            ey(k) = rows%pull(b)*(start + 2.0_wp*end)
-         end do
-         do k = 1, m
-            b = first + k - 1
-            if (watch(b) == followed .or. .not. excess(k) <= 0.0_wp) then
-               if (.not. active(b)) cycle
+            if (rests(k)) then
+               watch(b) = resting
+               call add_nodal_forces(node(:, b), at_start(:, k), at_end(:, k), force)
+            else if (active(b)) then
                call hold(node(:, b), length(b), law(b), shift(:, :, b), x, u, watch(b) == resting, point(:, b), force)
                if (watch(b) /= followed) watch(b) = merge(followed, watched, any(point(:, b)%damage > 0.0_wp))
-            else
-               watch(b) = resting
-               call add_nodal_forces(node(:, b), [sx(k), sy(k)], [ex(k), ey(k)], force)
             end if
          end do
       end do
    end subroutine resting_bond_forces
+
+   !> Pull on the ends of the lower wall of a block of bonds, were they all at rest, and which of them are.
+   pure subroutine pull_block(n, nodes, node, u, edge, pull, slip, friction, ratio, at_start, at_end, rests)
+      !> Bonds of the block, nodes of the mesh
+      integer, intent(in) :: n, nodes
+      !> As in bond_forces
+      integer, intent(in) :: node(4, n)
+      real(wp), intent(in) :: u(2, nodes)
+      !> As in bond_rows_t
+      real(wp), intent(in) :: edge(2, n), pull(n), slip(n), friction(n), ratio(n)
+      !> [N per m of thickness]
+      real(wp), intent(out) :: at_start(2, n), at_end(2, n)
+      logical, intent(out) :: rests(n)
+      real(wp), dimension(n) :: sx, sy, ex, ey, mx, my
+      real(wp) :: length, opening, sliding, strength
+      integer :: k, p, q, pp, qq
+
+      do k = 1, n
+         p = node(1, k)
+         q = node(2, k)
+         pp = node(3, k)
+         qq = node(4, k)
+         sx(k) = u(1, pp) - u(1, p)
+         sy(k) = u(2, pp) - u(2, p)
+         ex(k) = u(1, qq) - u(1, q)
+         ey(k) = u(2, qq) - u(2, q)
+         mx(k) = edge(1, k) + ((u(1, q) - u(1, p)) + (u(1, qq) - u(1, pp)))
+         my(k) = edge(2, k) + ((u(2, q) - u(2, p)) + (u(2, qq) - u(2, pp)))
+      end do
+      do k = 1, n
+         ! All times the length of twice the median line
+         length = sqrt(mx(k)**2 + my(k)**2)
+         opening = max(sy(k)*mx(k) - sx(k)*my(k), ey(k)*mx(k) - ex(k)*my(k))
+         sliding = max(abs(sx(k)*mx(k) + sy(k)*my(k)), abs(ex(k)*mx(k) + ey(k)*my(k)))
+         strength = slip(k)*length + friction(k)*max(-opening, 0.0_wp)
+         rests(k) = sliding**2 + (ratio(k)*max(opening, 0.0_wp))**2 <= strength**2
+         at_start(1, k) = pull(k)*(2.0_wp*sx(k) + ex(k))
+         at_start(2, k) = pull(k)*(2.0_wp*sy(k) + ey(k))
+         at_end(1, k) = pull(k)*(sx(k) + 2.0_wp*ex(k))
+         at_end(2, k) = pull(k)*(sy(k) + 2.0_wp*ey(k))
+      end do
+   end subroutine pull_block
+
+   !> Add the pulls of a block of bonds to the nodal forces.
+   pure subroutine add_block(n, nodes, node, at_start, at_end, force)
+      integer, intent(in) :: n, nodes, node(4, n)
+      real(wp), intent(in) :: at_start(2, n), at_end(2, n)
+      real(wp), intent(inout) :: force(2, nodes)
+      integer :: k, i
+
+      do k = 1, n
+         do i = 1, 2
+            force(i, node(1, k)) = force(i, node(1, k)) + at_start(i, k)
+            force(i, node(2, k)) = force(i, node(2, k)) + at_end(i, k)
+            force(i, node(3, k)) = force(i, node(3, k)) - at_start(i, k)
+            force(i, node(4, k)) = force(i, node(4, k)) - at_end(i, k)
+         end do
+      end do
+   end subroutine add_block
 
    !> Let the points of bonds at rest catch up with the displacement.
    pure subroutine follow_points(node, law, x, u, watch, point)

@@ -19,6 +19,7 @@ module model_m
    use friction_m, only: friction_slider, friction_velocity
    use pore_pressure_m, only: add_pore_pressure
    use loads_m, only: loads_t, start_stage
+   use motion_m, only: undisturbed_blocks
    use state_m, only: state_t
    use solver_choice_m, only: solver_explicit, solver_relaxation
    implicit none
@@ -58,6 +59,8 @@ module model_m
       type(contact_t) :: contact
       !> Nodes that contact can push: all of the triangles with a node on a surface
       integer, allocatable :: touching(:)
+      !> Blocks of nodes that nothing but the rock acts on (motion_m)
+      logical, allocatable :: undisturbed(:)
       type(loads_t) :: loads
       type(nodes_t) :: nodes
       !> Cundall's local damping (0: none)
@@ -284,6 +287,7 @@ contains
          model%loads%dead_changes = .true.
       end if
       state%load_level = unset
+      model%undisturbed = undisturbed_blocks(model%loads, model%touching)
    end subroutine begin_stage
 
    !> Can fluid be between the walls of a joint element? On fractures, and in cracks that have broken (joints).

@@ -9,6 +9,7 @@ module recut_m
    use edges_m, only: edge_table_t
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
+   use bond_m, only: followed
    use bonds_m, only: add_bonds, place_bonds, start_bond, restore_bonds, is_closed
    use coulomb_law_m, only: coulomb_law_t
    use joint_law_m, only: joint_law_t
@@ -21,6 +22,7 @@ module recut_m
    use solid_m, only: solid_stress, strain_energy, take_out
    use loads_m, only: init_loads
    use forces_m, only: find_forces, net_force, total_force
+   use motion_m, only: undisturbed_blocks
    use release_m, only: hold_back, restart_release
    use cracks_m, only: breaks_t, describe_bond, stress_across
    use model_m, only: model_t, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
@@ -212,6 +214,7 @@ contains
          model%exposed_edge = exposed_edges(model)
          model%exposed = exposed_mesh(model%split, model%exposed_edge)
          model%touching = touching_nodes(model)
+         model%undisturbed = undisturbed_blocks(model%loads, model%touching)
          model%contact = contact_of(model)
          model%has_walls = size(model%walls%joint) > 0
          model%has_potential_joints = .not. all(model%joints%wall_handled)
@@ -292,7 +295,10 @@ contains
          state%tractions%covered = 0.0_wp
       end where
       if (.not. model%can_break) return
-      where (model%joints%gone(model%bonds%fractures + 1:)) state%bonds%active = .false.
+      where (model%joints%gone(model%bonds%fractures + 1:))
+         state%bonds%active = .false.
+         state%bonds%watch = followed
+      end where
    end subroutine let_go_of_joints
 
    !> All forces on the nodes, joints taken there from what they remember (2, nodes) [N per m of thickness].

@@ -115,44 +115,56 @@ contains
       real(wp), contiguous, intent(in) :: u(:, :)
       !> Nodal force (2, nodes) [N per m of thickness]
       real(wp), contiguous, intent(inout) :: force(:, :)
-      real(wp), dimension(block_size) :: d1x, d1y, d2x, d2y, f1x, f1y, f2x, f2y
-      real(wp) :: h11, h12, h21, h22, c, s, trace_u, e11, e22, e12, trace, t11, t22, t12, p11, p12, p21, p22
-      integer :: first, m, k, e, n1, n2, n3
+      integer :: first, last
 
       do first = 1, size(solid%node, 2), block_size
-         m = min(block_size, size(solid%node, 2) - first + 1)
-         do k = 1, m
-            n1 = solid%node(1, first + k - 1)
-            n2 = solid%node(2, first + k - 1)
-            n3 = solid%node(3, first + k - 1)
-            d1x(k) = u(1, n1) - u(1, n3)
-            d1y(k) = u(2, n1) - u(2, n3)
-            d2x(k) = u(1, n2) - u(1, n3)
-            d2y(k) = u(2, n2) - u(2, n3)
-         end do
-         do k = 1, m
-            e = first + k - 1
-            h11 = d1x(k)*solid%b1(e) + d2x(k)*solid%b2(e)
-            h12 = d1x(k)*solid%c1(e) + d2x(k)*solid%c2(e)
-            h21 = d1y(k)*solid%b1(e) + d2y(k)*solid%b2(e)
-            h22 = d1y(k)*solid%c1(e) + d2y(k)*solid%c2(e)
-            call decompose(h11, h12, h21, h22, c, s, trace_u, e11, e22, e12)
-            trace = solid%lambda_area(e)*(e11 + e22)
-            t11 = trace + 2.0_wp*solid%mu_area(e)*e11
-            t22 = trace + 2.0_wp*solid%mu_area(e)*e22
-            t12 = 2.0_wp*solid%mu_area(e)*e12
-            p11 = c*t11 - s*t12
-            p12 = c*t12 - s*t22
-            p21 = s*t11 + c*t12
-            p22 = s*t12 + c*t22
-            f1x(k) = p11*solid%b1(e) + p12*solid%c1(e)
-            f1y(k) = p21*solid%b1(e) + p22*solid%c1(e)
-            f2x(k) = p11*solid%b2(e) + p12*solid%c2(e)
-            f2y(k) = p21*solid%b2(e) + p22*solid%c2(e)
-         end do
-         call scatter(solid%node(:, first:first + m - 1), f1x, f1y, f2x, f2y, force)
+         last = min(first + block_size - 1, size(solid%node, 2))
+         call strain_block(last - first + 1, size(u, 2), solid%node(:, first:last), solid%b1(first:last), solid%c1(first:last), &
+                           solid%b2(first:last), solid%c2(first:last), solid%lambda_area(first:last), &
+                           solid%mu_area(first:last), u, force)
       end do
    end subroutine solid_forces
+
+   !> The same for a block of triangles. Shapes are explicit, so that the compiler knows how far nodes are apart.
+   pure subroutine strain_block(n, nodes, node, b1, c1, b2, c2, lambda_area, mu_area, u, force)
+      !> Triangles of the block, nodes of the mesh
+      integer, intent(in) :: n, nodes
+      !> As in solid_t
+      integer, intent(in) :: node(3, n)
+      real(wp), intent(in), dimension(n) :: b1, c1, b2, c2, lambda_area, mu_area
+      real(wp), intent(in) :: u(2, nodes)
+      real(wp), intent(inout) :: force(2, nodes)
+      real(wp), dimension(block_size) :: d1x, d1y, d2x, d2y, f1x, f1y, f2x, f2y
+      real(wp) :: h11, h12, h21, h22, c, s, trace_u, e11, e22, e12, trace, t11, t22, t12, p11, p12, p21, p22
+      integer :: k
+
+      do k = 1, n
+         d1x(k) = u(1, node(1, k)) - u(1, node(3, k))
+         d1y(k) = u(2, node(1, k)) - u(2, node(3, k))
+         d2x(k) = u(1, node(2, k)) - u(1, node(3, k))
+         d2y(k) = u(2, node(2, k)) - u(2, node(3, k))
+      end do
+      do k = 1, n
+         h11 = d1x(k)*b1(k) + d2x(k)*b2(k)
+         h12 = d1x(k)*c1(k) + d2x(k)*c2(k)
+         h21 = d1y(k)*b1(k) + d2y(k)*b2(k)
+         h22 = d1y(k)*c1(k) + d2y(k)*c2(k)
+         call decompose(h11, h12, h21, h22, c, s, trace_u, e11, e22, e12)
+         trace = lambda_area(k)*(e11 + e22)
+         t11 = trace + 2.0_wp*mu_area(k)*e11
+         t22 = trace + 2.0_wp*mu_area(k)*e22
+         t12 = 2.0_wp*mu_area(k)*e12
+         p11 = c*t11 - s*t12
+         p12 = c*t12 - s*t22
+         p21 = s*t11 + c*t12
+         p22 = s*t12 + c*t22
+         f1x(k) = p11*b1(k) + p12*c1(k)
+         f1y(k) = p21*b1(k) + p22*c1(k)
+         f2x(k) = p11*b2(k) + p12*c2(k)
+         f2y(k) = p21*b2(k) + p22*c2(k)
+      end do
+      call scatter(n, nodes, node, f1x, f1y, f2x, f2y, force)
+   end subroutine strain_block
 
    !> Add the forces of the viscous damping, Cauchy stress eta D with D the rate of deformation.
    pure subroutine viscous_forces(solid, u, v, force)
@@ -184,20 +196,22 @@ contains
             f2x(k) = p(1, 1)*solid%b2(e) + p(1, 2)*solid%c2(e)
             f2y(k) = p(2, 1)*solid%b2(e) + p(2, 2)*solid%c2(e)
          end do
-         call scatter(solid%node(:, first:first + m - 1), f1x, f1y, f2x, f2y, force)
+         call scatter(m, size(force, 2), solid%node(:, first:first + m - 1), f1x, f1y, f2x, f2y, force)
       end do
    end subroutine viscous_forces
 
    !> Subtract the corner forces of a block of triangles from the nodal forces.
-   pure subroutine scatter(node, f1x, f1y, f2x, f2y, force)
-      !> Corner nodes (3, triangles of the block)
-      integer, contiguous, intent(in) :: node(:, :)
+   pure subroutine scatter(n, nodes, node, f1x, f1y, f2x, f2y, force)
+      !> Triangles of the block, nodes of the mesh
+      integer, intent(in) :: n, nodes
+      !> Corner nodes
+      integer, intent(in) :: node(3, n)
       !> P grad N times area at the first two corners
-      real(wp), contiguous, intent(in) :: f1x(:), f1y(:), f2x(:), f2y(:)
-      real(wp), contiguous, intent(inout) :: force(:, :)
+      real(wp), intent(in), dimension(n) :: f1x, f1y, f2x, f2y
+      real(wp), intent(inout) :: force(2, nodes)
       integer :: k, n1, n2, n3
 
-      do k = 1, size(node, 2)
+      do k = 1, n
          n1 = node(1, k)
          n2 = node(2, k)
          n3 = node(3, k)

@@ -218,7 +218,7 @@ contains
       type(state_t), intent(inout) :: state
 
       if (model%can_break) call account_release(0.5_wp*kick, state)
-      call move_nodes(model%loads, motion, model%local_damping, kick, drift, state)
+      call move_nodes(model%loads, motion, model%local_damping, kick, drift, state, model%undisturbed)
       if (model%can_break) call account_release(0.5_wp*kick, state)
    end subroutine move
 
