@@ -268,7 +268,7 @@ contains
             memory%point(k, b) = point_from_values(value(next + 1:next + point_value_count, b))
             next = next + point_value_count
          end do
-         memory%watch(b) = merge(followed, watched, .not. memory%active(b) .or. any(memory%point(:, b)%damage > 0.0_wp) .or. &
+         memory%watch(b) = merge(followed, watched,.not. memory%active(b) .or. any(memory%point(:, b)%damage > 0.0_wp) .or. &
                                  any(abs(bonds%shift(:, :, b)) > 0.0_wp))
       end do
    end subroutine restore_bonds
