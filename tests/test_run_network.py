@@ -104,15 +104,17 @@ def test_a_phase_that_fails_ends_neither_the_others_nor_the_figures(network):
     options = [word for word in COARSE if word != "--no-figures"]
     figures = network.results / "figures"
     figures.mkdir(parents=True)
-    (figures / "models.png").write_text("of an earlier run")
+    for name in ("models", "failed_jcm_older"):
+        (figures / f"{name}.png").write_text("of an earlier run")
     done = network(*options, "--phase", "pull=-20,-20", "--phase", "load=6,5", status=1)
     assert "jcm pull: FAILED" in done.stdout
     assert Results(network.results / "jcm" / "load").fields.stages == ["load"]
     assert "2 of 3 runs done; failed:" in done.stderr
     assert "  jcm pull: no rest" in done.stderr
-    for name in ("network", "edge_histograms", "stress", "displacement"):
+    for name in ("network", "edge_histograms", "stress", "displacement", "failed_jcm_pull"):
         assert (figures / f"{name}.png").is_file(), name
-    assert not (figures / "models.png").exists()
+    for name in ("models", "failed_jcm_older"):
+        assert not (figures / f"{name}.png").exists(), name
     # It is not taken for done the next time
     assert "jcm pull: FAILED" in network(*COARSE, "--phase", "pull=-20,-20", status=1).stdout
 

@@ -300,6 +300,9 @@ contains
       call evaluate(model, increment, state)
       if (self%recuts /= model%recuts) call lay_out(self, model, state)
       self%recuts = model%recuts
+      ! Nodes of a cut come after the others
+      if (self%way%in_pseudo_time) &
+         self%way%began = reshape([self%way%began, state%u(:, size(self%way%began, 2) + 1:)], shape(state%u))
    end subroutine take_new_mesh
 
    !> Go on in pseudo-time from the present state.
@@ -364,7 +367,7 @@ contains
             cycle
          end if
          self%way%to_come = 0.0_wp
-         if (has_collapsed(model, self%way%began, state) .or. has_left(model, increment, state)) ending = end_far
+         if (has_collapsed(model, self%way%began, state) .or. has_left(model, self%way%began, state)) ending = end_far
          if (ending == end_far) return
          if (increment%drag > 0.0_wp) then
             increment%drag = 0.0_wp
@@ -564,10 +567,10 @@ contains
       end if
       why = 'no rest at time '//to_text(state%time)//' s (stage '//quoted(model%deck%stage(stage)%name)//', cycle '// &
             to_text(cycle)//', load level '//to_text(self%way%level)//')'//why
+      most = maxloc(sum((state%u - self%way%began)**2, dim=1, mask=.not. model%loads%fixed), dim=1)
+      why = why//'; most moves the rock near '//place_text(model%split%x(:, most), model%split%datum)//', by '// &
+            to_text(norm2(state%u(:, most) - self%way%began(:, most)))//' m'
       if (.not. model%can_break) then
-         most = maxloc(sum((state%u - self%way%increment%start%u)**2, dim=1, mask=.not. model%loads%fixed), dim=1)
-         why = why//'; most moves the rock near '//place_text(model%split%x(:, most), model%split%datum)//', by '// &
-               to_text(norm2(state%u(:, most) - self%way%increment%start%u(:, most)))//' m'
          state = self%way%increment%start
       else
          ! Its loads are those of the increment's end

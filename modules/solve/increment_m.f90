@@ -55,15 +55,16 @@ contains
       call find_forces(model, level, state, searched)
    end subroutine forces_from_start
 
-   !> Has a node moved farther in this increment than the scene is large, beyond what is prescribed?
-   pure logical function has_left(model, increment, state)
+   !> Has a node moved farther than the scene is large, beyond what is prescribed?
+   pure logical function has_left(model, began, state)
       type(model_t), intent(in) :: model
-      class(increment_t), intent(in) :: increment
+      !> Displacement before (2, nodes) [m]
+      real(wp), intent(in) :: began(:, :)
       type(state_t), intent(in) :: state
       real(wp) :: extent(2)
 
       extent = maxval(model%split%x, dim=2) - minval(model%split%x, dim=2)
-      has_left = maxval(abs(state%u - increment%start%u), mask=.not. model%loads%fixed) > maxval(extent)
+      has_left = maxval(abs(state%u - began), mask=.not. model%loads%fixed) > maxval(extent)
    end function has_left
 
    !> Add the work of an increment to the energy account, forces taken as the mean of start and end.

@@ -180,7 +180,7 @@ contains
                call account_increment(model, increment%start, state)
                return
             end if
-            loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(model, increment, state)
+            loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(model, increment%start%u, state)
             if (loose) exit
          end if
          call push_nodes(model%loads%fixed, mass, before <= 0.0_wp, state, v, kinetic)

@@ -21,7 +21,8 @@ connections) as read and as cleaned are in network_numbers.csv and in the figure
 
 Decks are phase_1.nml of input/network with values changed; mesh, decks, results and figures go to the results directory.
 A mesh or a run that is there already is used again only when all it was made from is the same: traces, options, deck, mesh,
-program (--again repeats all). A run that fails does not end the others; what failed is said at the end, with status 1.
+program (--again repeats all). A run that fails does not end the others; what failed is said at the end, with status 1, and
+the last state it has written is drawn (failed_MODEL_PHASE).
 """
 
 import argparse
@@ -67,6 +68,7 @@ FILES = (
     "fields.xdmf",
     "edges.csv",
     "cracks.csv",
+    "collapse.csv",
     "checkpoint.h5",
     "run.log",
     "deck.nml",
@@ -81,6 +83,8 @@ FIGURES = (
     "flow",
     "permeability",
 )
+FAILED_MAP = "failed_"  # and model and phase
+MAP = ("--rock", "displacement", "--cracks")
 TABLE = "edge_statistics.csv"
 NUMBERS, CLEANED = "network_numbers.csv", "cleaned.csv"
 BAD_INPUT, FAILED = 2, 1
@@ -387,14 +391,26 @@ def remove_figures(figures):
     for name in FIGURES:
         for suffix in (".png", ".pdf"):
             (figures / f"{name}{suffix}").unlink(missing_ok=True)
+    for path in figures.glob(f"{FAILED_MAP}*"):
+        path.unlink()
     (figures / TABLE).unlink(missing_ok=True)
+
+
+def draw_failed(runs, figures):
+    """A map of the last state of each run that failed after it had written one; what went wrong."""
+    return [
+        draw("map", [one], figures / f"{FAILED_MAP}{one.model}_{one.phase}", *MAP)
+        for one in runs
+        if one.why and (one.results / "fields.h5").is_file()
+    ]
 
 
 def draw_all(runs, phases, figures, flow=False):
     """The figures of the paper, and stress and displacement of the last phase, of what has been run; what went wrong."""
+    wrong = draw_failed(runs, figures)
     done = [one for one in runs if not one.why]
     if not done:
-        return ["no figure: no run is done"]
+        return [text for text in wrong if text] + ["no figure of several runs: none is done"]
     first = [one for one in done if one.model == done[0].model]
     # Models are compared in the last phase that most of them have come through
     number = {phase: sum(one.phase == phase for one in done) for phase in phases}
@@ -402,13 +418,12 @@ def draw_all(runs, phases, figures, flow=False):
     same = [one for one in done if one.phase == last]
     if last != list(phases)[-1]:
         print(f"models, edge_histograms: drawn of {last}, the last phase that most models came through")
-    wrong = [draw("network", first, figures / "network")]
+    wrong.append(draw("network", first, figures / "network"))
     if len(same) > 1:
         wrong.append(draw("models", same, figures / "models"))
     wrong.append(draw("edge_histograms", same, figures / "edge_histograms", "--csv", figures / TABLE))
     wrong.append(draw("stress", first[-1:], figures / "stress"))
-    map_options = ["--rock", "displacement", "--cracks"]
-    wrong.append(draw("map", first[-1:], figures / "displacement", *map_options))
+    wrong.append(draw("map", first[-1:], figures / "displacement", *MAP))
     if flow:
         wrong.append(draw("flow", first[-1:], figures / "flow"))
         wrong.append(draw("permeability", same, figures / "permeability"))
