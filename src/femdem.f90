@@ -6,6 +6,7 @@ program femdem
    use kinds_m, only: wp, i8
    use files_m, only: make_directory
    use interrupt_m, only: catch_signals, stop_wanted, write_beyond_limits
+   use stopwatch_m, only: now_doing, work_input, work_output, work_other
    use lock_m, only: lock_t
    use log_m, only: log_t, progress_t
    use version_m, only: program_version, program_commit
@@ -55,7 +56,9 @@ program femdem
    type(watchdog_t) :: watchdog
    character(len=:), allocatable :: directory, taken_over
    integer :: stage, cycle, status
+   integer(i8) :: first_step
 
+   call now_doing(work_input)
    call read_command_line(command, errors)
    if (errors%any()) call stop_with(status_bad_input)
    if (command%help .or. command%version) then
@@ -111,6 +114,8 @@ program femdem
 
    ! The run: stages, each of equal load increments
    call progress%start()
+   call now_doing(work_other)
+   first_step = state%step
    if (command%restart == '') call start_account(model, state)
    call watchdog%start(state%energy, sum(model%solid%area*maxval(deck%material%young)), state%step, &
                        merge(patience, 0_i8, model%solver == solver_explicit))
@@ -130,9 +135,11 @@ program femdem
          if (allocated(report%moved)) call results%record_failure(model, state, place, report%unbalanced, report%moved, errors)
          if (errors%any()) call stop_with(status_failed)
          if (report%interrupted) call stop_on_signal()
+         call now_doing(work_output)
          call results%record(model, state, solvers%implicit, place, report%unbalanced, cycle == deck%stage(stage)%cycles, &
                              stage == size(deck%stage) .and. cycle == deck%stage(stage)%cycles, errors)
          if (errors%any()) call stop_with(status_failed)
+         call now_doing(work_other)
          done = place
          if (stop_wanted()) then
             call results%record_last_cycle(model, errors)
@@ -144,7 +151,7 @@ program femdem
    end do
    call solvers%implicit%close(log)
    call results%close()
-   call say_end(directory, model, state, progress, log)
+   call say_end(directory, model, state, progress, first_step, log)
    call watchdog%say_end(log, errors)
    if (errors%any()) call stop_with(status_failed)
    call log%close()

@@ -1,6 +1,7 @@
 !> The forces of every solver, found in one place: loads, rock, bonds, viscosity, walls with their corners, other surfaces.
 module forces_m
    use kinds_m, only: wp
+   use stopwatch_m, only: doing, now_doing, work_loads, work_rock, work_bonds, work_walls, work_laws, work_search, work_contact
    use model_m, only: model_t
    use solver_choice_m, only: solver_explicit, solver_implicit
    use state_m, only: state_t
@@ -30,34 +31,44 @@ contains
       logical, intent(out) :: searched
       !> Does contact of other surfaces act? Not in the equations of the implicit solver, which measures it
       logical :: others
+      integer :: before
 
+      before = doing()
+      call now_doing(work_loads)
       searched = .false.
       call nodal_loads(model%loads, model%split%x, state%u, level, state%load_level, state%load)
+      call now_doing(work_rock)
       call clear(state%solid)
       call solid_forces(model%solid, state%u, state%solid)
       if (model%can_break) then
+         call now_doing(work_bonds)
          ! Points that stay behind have a place to catch up from when nothing ever goes back
          call hold_together(model%bonds, model%split%x, state%u, model%solver == solver_explicit, state%bonds, state%solid)
          if (release_factor(state) > 0.0_wp) &
             state%solid = state%solid + release_factor(state)*state%release
       end if
       if (size(state%damping, 2) > 0) then
+         call now_doing(work_rock)
          call clear(state%damping)
          call viscous_forces(model%solid, state%u, state%v, state%damping)
       end if
       others = model%has_contact .and. model%solver /= solver_implicit
       if (model%has_walls .or. others) then
+         call now_doing(work_walls)
          call clear_at(model%touching, state%normal)
          call clear_at(model%touching, state%friction)
       end if
       if (model%has_walls) then
          call meet_walls(model%walls, model%split%x, state%u, state%walls)
+         call now_doing(work_laws)
          call couple_walls(model%joints, model%walls, state%walls, model%solid, model%split%x, state%u, state%v, &
                            state%tractions, state%joint, state%opening, state%aperture)
+         call now_doing(work_walls)
          call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
          call add_corner_forces(model%corners, state%corners, state%u, state%normal)
       end if
       if (others) call find_contact_forces(model, state, searched)
+      call now_doing(before)
    end subroutine find_forces
 
    !> No force yet. In pieces, so that what is cleared stays in the caches: beyond some 2 kB the C library goes past them.
@@ -91,9 +102,15 @@ contains
       real(wp) :: normal(size(state%joint)), shear(size(state%joint))
       integer :: e
 
+      call now_doing(work_contact)
       searched = model%contact%needs_search(state%contact, state%u)
-      if (searched) call model%contact%search(model%exposed, state%u, state%contact)
+      if (searched) then
+         call now_doing(work_search)
+         call model%contact%search(model%exposed, state%u, state%contact)
+         call now_doing(work_contact)
+      end if
       if (model%has_potential_joints) then
+         call now_doing(work_laws)
          call model%contact%joint_tractions(state%contact, model%exposed, normal, shear)
          call couple_potential(model%joints, model%solid, model%split%x, state%u, normal, shear, state%tractions, &
                                state%joint, state%opening, state%aperture)
@@ -105,6 +122,7 @@ contains
             end associate
          end do
       end if
+      call now_doing(work_contact)
       call model%contact%forces(model%exposed, state%u, state%v, state%surface_friction, state%contact, state%normal, &
                                 state%friction, energy)
    end subroutine find_contact_forces

@@ -1,6 +1,7 @@
 !> What the log tells of a run: its start, the end of each stage, its end.
 module story_m
-   use kinds_m, only: wp
+   use kinds_m, only: wp, i8
+   use stopwatch_m, only: time_lines
    use constants_m, only: is_set, millimetre
    use files_m, only: file_exists
    use interrupt_m, only: signal_name
@@ -11,7 +12,7 @@ module story_m
    use mesh_m, only: place_text
    use corners_m, only: corner_overlap
    use model_m, only: model_t
-   use solver_choice_m, only: solver_explicit
+   use solver_choice_m, only: solver_explicit, solver_implicit
    use state_m, only: state_t
    use explicit_m, only: cycle_report_t
    implicit none
@@ -94,11 +95,13 @@ contains
                        'For less: more cycles, a longer move_time, or solver = ''implicit''')
    end subroutine say_overshoot
 
-   subroutine say_end(directory, model, state, progress, log)
+   subroutine say_end(directory, model, state, progress, first_step, log)
       character(len=*), intent(in) :: directory
       type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(progress_t), intent(in) :: progress
+      !> Steps before this run, for one that goes on from a checkpoint
+      integer(i8), intent(in) :: first_step
       type(log_t), intent(in) :: log
 
       call log%say('energy    external '//to_text(state%energy%external)//' J/m, residual '// &
@@ -110,8 +113,32 @@ contains
                        'collide too fast for this step; try a smaller &explicit safety or &material penalty_factor')
       if (model%has_contact) call log%say('contact   '//to_text(state%contact%searches)//' searches in '// &
                                           to_text(state%step)//' steps')
+      call say_time(model, state%step - first_step, log)
       call log%say('done      '//to_text(state%step)//' steps in '//to_text(progress%elapsed())//' s; results in '//directory)
    end subroutine say_end
+
+   !> Where the time went, and how fast the run was.
+   subroutine say_time(model, steps, log)
+      type(model_t), intent(in) :: model
+      !> Steps or iterations of this run
+      integer(i8), intent(in) :: steps
+      type(log_t), intent(in) :: log
+      character(len=:), allocatable :: what
+      real(wp) :: size_of_step
+      integer :: i
+
+      size_of_step = real(size(model%split%triangle, 2), wp)
+      what = 'triangle-steps'
+      if (model%solver == solver_implicit) then
+         size_of_step = real(2*size(model%split%x, 2), wp)
+         what = 'unknowns times iterations'
+      end if
+      associate (line => time_lines(size_of_step*real(steps, wp), what))
+         do i = 1, size(line)
+            call log%say(trim(line(i)))
+         end do
+      end associate
+   end subroutine say_time
 
    !> A signal has ended the run: what is kept, and how to go on.
    subroutine say_stopped(checkpoint, model, stage, cycle, log)

@@ -1,6 +1,7 @@
 !> One cycle of a run with its solver. Solvers take the model as it is; where rock breaks they return, the model is brought up to
 !> that (recut_m), and they go on.
 module cycle_m
+   use stopwatch_m, only: now_doing, work_cracks, work_other
    use cracks_m, only: breaks_t
    use errors_m, only: error_list_t
    use log_m, only: log_t, progress_t
@@ -54,7 +55,9 @@ contains
          end select
          if (errors%any() .or. report%interrupted) return
          if (.not. report%breaks%any()) return
+         call now_doing(work_cracks)
          call recut(model, report%breaks, report%level, state)
+         call now_doing(work_other)
       end do
    end subroutine run_cycle
 

@@ -1,6 +1,7 @@
 !> Explicit solver: one load increment of a stage after the other, eq 1 stepped in time.
 module explicit_m
    use kinds_m, only: wp, i8
+   use stopwatch_m, only: begin_step, end_steps, now_doing, work_motion, work_cracks, work_step, work_other
    use constants_m, only: is_set
    use errors_m, only: error_list_t
    use interrupt_m, only: stop_wanted
@@ -99,6 +100,7 @@ contains
          if (.not. goes_on) march = march_t(duration=settings%move_time)
          do
             call step_on(model, stage, cycle, goes_on, log, progress, march, state, report, errors)
+            call end_steps()
             if (report%breaks%any()) return
             if (.not. march%moving .or. rest_time <= 0.0_wp .or. errors%any() .or. report%interrupted) exit
             march = march_t(moving=.false., duration=rest_time, lag=march%lag)
@@ -144,6 +146,7 @@ contains
       if (.not. goes_on) call fit_step()
       do while (march%steps_left > 0_i8 .or. broken)
          if (.not. broken) then
+            call begin_step(state%step)
             fraction = march%elapsed/march%duration
             call profile(model, stage, march%moving, fraction, 0.5_wp*march%dt/march%duration, part, motion)
             level = (real(cycle - 1, wp) + part)/real(model%deck%stage(stage)%cycles, wp)
@@ -153,7 +156,9 @@ contains
                call fit_step()
                call profile(model, stage, march%moving, fraction, 0.5_wp*march%dt/march%duration, part, motion)
             end if
+            call now_doing(work_motion)
             call move(model, motion, march%lag + 0.5_wp*march%dt, march%dt, state)
+            call now_doing(work_other)
             march%lag = 0.5_wp*march%dt
             march%elapsed = march%elapsed + march%dt
             state%time = state%time + march%dt
@@ -169,7 +174,11 @@ contains
                return
             end if
             if (model%can_break) then
-               if (mod(state%step, int(model%check_every, i8)) == 0_i8) call find_breaks(model, state, report%breaks)
+               if (mod(state%step, int(model%check_every, i8)) == 0_i8) then
+                  call now_doing(work_cracks)
+                  call find_breaks(model, state, report%breaks)
+                  call now_doing(work_other)
+               end if
                report%level = level
                if (report%breaks%any()) return
             end if
@@ -202,7 +211,9 @@ contains
       subroutine fit_step()
          real(wp) :: longest
 
+         call now_doing(work_step)
          longest = stable_step(model, state)
+         call now_doing(work_other)
          march%steps_left = max(1_i8, ceiling((march%duration - march%elapsed)/longest - 1.0e-9_wp, i8))
          march%dt = (march%duration - march%elapsed)/real(march%steps_left, wp)
          report%smallest_step = min(report%smallest_step, march%dt)
