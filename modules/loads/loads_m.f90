@@ -37,7 +37,7 @@ module loads_m
       integer, allocatable :: pressure_edge(:, :), pressure_surface(:)
    end type loads_t
 
-   public :: init_loads, start_stage, nodal_loads, group_nodes, smooth_ramp, stage_number
+   public :: init_loads, start_stage, nodal_loads, pressure_stiffness, group_nodes, smooth_ramp, stage_number
 
 contains
 
@@ -249,6 +249,25 @@ contains
          end associate
       end do
    end subroutine nodal_loads
+
+   !> Stiffness of a follower pressure, which turns and lengthens with its edge: minus the derivative of its nodal forces.
+   pure function pressure_stiffness(loads, e, level) result(stiffness)
+      type(loads_t), intent(in) :: loads
+      !> Loaded edge
+      integer, intent(in) :: e
+      real(wp), intent(in) :: level
+      !> Components x, y of the edge's start and end (4, 4) [N/m per m of thickness]
+      real(wp) :: stiffness(4, 4)
+      real(wp) :: half
+
+      half = 0.5_wp*(loads%pressure_start(e) + level*(loads%pressure_end(e) - loads%pressure_start(e)))
+      ! Each end is pushed by half*[-along_y, along_x], along = end - start
+      stiffness = 0.0_wp
+      stiffness([1, 3], 2) = -half
+      stiffness([2, 4], 1) = half
+      stiffness([1, 3], 4) = half
+      stiffness([2, 4], 3) = -half
+   end function pressure_stiffness
 
    !> Nodes that belong to a physical point, curve or surface (nodes): of those of that name, to the first that has any.
    function group_nodes(split, name, order) result(member)

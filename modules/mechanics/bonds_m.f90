@@ -10,7 +10,7 @@ module bonds_m
    private
 
    public :: init_bonds, add_bonds, place_bonds, hold_together, follow_bonds, bonds_stiffness_bound, bonds_work, bond_damage, &
-             is_closed, start_bond
+             is_closed, has_stiffness, start_bond
    public :: bond_values, restore_bonds, event_values, restore_events
 
    !> Numbers that make up a bond (does it hold, is it broken, law, shifts, points) and a crack event
@@ -233,6 +233,16 @@ contains
 
       is_closed = node(1) == node(3) .and. node(2) == node(4)
    end function is_closed
+
+   !> Does a bond hold or press, and can it open? (bonds)
+   pure function has_stiffness(bonds, memory) result(has)
+      type(bonds_t), intent(in) :: bonds
+      type(bond_memory_t), intent(in) :: memory
+      logical :: has(size(memory%active))
+      integer :: b
+
+      has = [(memory%active(b) .and. .not. is_closed(bonds%node(:, b)), b=1, size(has))]
+   end function has_stiffness
 
    !> All bonds as lists of numbers, for checkpoints (values, bonds).
    pure function bond_values(bonds, memory) result(value)

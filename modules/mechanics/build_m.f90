@@ -18,6 +18,7 @@ module build_m
    use bonds_m, only: init_bonds, is_closed
    use loads_m, only: init_loads, group_nodes
    use model_m, only: model_t, nodes_of, material_of
+   use terms_m, only: all_terms
    use cracks_m, only: breaks_t
    use recut_m, only: recut
    use state_m, only: state_t, init_state
@@ -42,6 +43,7 @@ contains
       type(breaks_t) :: breaks
       integer :: i
 
+      model%term = all_terms()
       model%deck = deck
       allocate (fracture(size(mesh%group)), source=.false.)
       do i = 1, size(deck%joint)

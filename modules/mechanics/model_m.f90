@@ -4,6 +4,10 @@
 module model_m
    use kinds_m, only: wp
    use constants_m, only: is_set, unset, radians, millimetre
+   use errors_m, only: error_list_t
+   use checkpoint_m, only: checkpoint_t
+   use field_list_m, only: field_list_t
+   use sparse_system_m, only: sparse_system_t
    use union_find_m, only: each_alone, join, representatives
    use deck_m, only: deck_t
    use mesh_m, only: mesh_t, split_mesh_t
@@ -35,7 +39,47 @@ module model_m
       logical, allocatable :: gone(:)
    end type nodes_t
 
+   !> Where a search for rest starts and what it goes to
+   type, public :: increment_t
+      type(state_t) :: start
+      !> Loads at its end, 0 to 1 over the stage
+      real(wp) :: level = 0.0_wp
+      !> Drag on the free nodes over the stiffness of the rock around them: a force against their displacement since the
+      !> start of the increment. 0: none; with it an increment is a step of pseudo-time
+      real(wp) :: drag = 0.0_wp
+      !> Softening of bonds in the tangent (see bond_tangent)? For increments that start near a stable equilibrium, or have drag
+      logical :: softens = .false.
+   end type increment_t
+
+   !> A term of the equations of motion: rock, loads, walls, ... Its parameters are in the model, built there, its memory is in the
+   !> state; what it does with them is in one module NAME_term_m of this shape. A scene that does not need it does not have it.
+   type, abstract, public :: term_t
+   contains
+      !> is_there(model): does the scene need it?
+      procedure(term_is_there), nopass, deferred :: is_there
+      !> add_forces(model, state): to the nodal forces of the state, at its displacement and level
+      procedure(term_add_forces), nopass, deferred :: add_forces
+      !> add_tangent(model, increment, state, system, outside): minus the derivative of these forces, for the implicit solver;
+      !> outside is set when the pattern of the system is too small
+      procedure, nopass :: add_tangent => no_tangent
+      !> add_stiffness_bound(model, state, bound): such that u.K u <= sum bound_i |u_i|^2, for the stable step (nodes) [N/m per m]
+      procedure, nopass :: add_stiffness_bound => no_bound
+      !> find_energy(model, state): its part of state%energy, when the state tells it; what other terms do is the work of their
+      !> nodal forces on the way (motion_m, increment_m)
+      procedure, nopass :: find_energy => no_energy
+      !> results(model, state, list): fields of a snapshot, with units and descriptions
+      procedure, nopass :: results => no_results
+      !> keep(file, model, state, errors): what a checkpoint holds of it, for saving and for loading
+      procedure, nopass :: keep => nothing_kept
+   end type term_t
+
+   type, public :: term_item_t
+      class(term_t), allocatable :: raw
+   end type term_item_t
+
    type, public :: model_t
+      !> All terms, in the order in which their forces are added (terms_m)
+      type(term_item_t), allocatable :: term(:)
       type(deck_t) :: deck
       !> Solver of this run, and why
       integer :: solver = solver_explicit
@@ -84,7 +128,71 @@ module model_m
    public :: begin_stage, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, start_contact, &
              first_friction, material_of, holds_fluid
 
+   abstract interface
+      pure logical function term_is_there(model)
+         import :: model_t
+         type(model_t), intent(in) :: model
+      end function term_is_there
+
+      subroutine term_add_forces(model, state)
+         import :: model_t, state_t
+         type(model_t), intent(in) :: model
+         type(state_t), intent(inout) :: state
+      end subroutine term_add_forces
+   end interface
+
 contains
+
+   ! ---- Terms that lack something -----------------------------------------------------------------------------------------
+
+   subroutine no_tangent(model, increment, state, system, outside)
+      type(model_t), intent(in) :: model
+      type(increment_t), intent(in) :: increment
+      type(state_t), intent(in) :: state
+      type(sparse_system_t), intent(inout) :: system
+      logical, intent(inout) :: outside
+
+      associate (unused => model, also => increment, too => state, as_well => system, no_more => outside)
+      end associate
+   end subroutine no_tangent
+
+   subroutine no_bound(model, state, bound)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+      real(wp), contiguous, intent(inout) :: bound(:)
+
+      associate (unused => model, also => state, too => bound)
+      end associate
+   end subroutine no_bound
+
+   subroutine no_energy(model, state)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+
+      associate (unused => model, also => state)
+      end associate
+   end subroutine no_energy
+
+   subroutine no_results(model, state, list)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(field_list_t), intent(inout) :: list
+
+      associate (unused => model, also => state, too => list)
+      end associate
+   end subroutine no_results
+
+   subroutine nothing_kept(file, model, state, errors)
+      type(checkpoint_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+      type(error_list_t), intent(inout) :: errors
+
+      associate (unused => file, also => model, too => state, as_well => errors)
+      end associate
+   end subroutine nothing_kept
+
+   ! ---- Parts of a model --------------------------------------------------------------------------------------------------
 
    !> What belongs to the nodes of the split mesh: masses, weights, bounds for the stable step.
    function nodes_of(model) result(nodes)

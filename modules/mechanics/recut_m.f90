@@ -23,6 +23,7 @@ module recut_m
    use loads_m, only: init_loads
    use forces_m, only: find_forces, net_force, total_force
    use motion_m, only: undisturbed_blocks
+   use motion_m, only: undisturbed_blocks
    use release_m, only: hold_back, restart_release
    use cracks_m, only: breaks_t, describe_bond, stress_across
    use model_m, only: model_t, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
@@ -112,6 +113,8 @@ contains
          model%breakable(breaks%edge) = 0
          where (.not. sound_edges(model%edges, there)) model%breakable = 0
          model%is_adaptive = any(model%breakable > 0)
+         ! Nodes have other numbers now: which of them contact can push is found with the walls
+         model%touching = [integer ::]
          call renew_loads()
       end subroutine cut
 
@@ -214,6 +217,7 @@ contains
          model%exposed_edge = exposed_edges(model)
          model%exposed = exposed_mesh(model%split, model%exposed_edge)
          model%touching = touching_nodes(model)
+         model%undisturbed = undisturbed_blocks(model%loads, model%touching)
          model%undisturbed = undisturbed_blocks(model%loads, model%touching)
          model%contact = contact_of(model)
          model%has_walls = size(model%walls%joint) > 0

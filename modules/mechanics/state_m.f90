@@ -84,6 +84,8 @@ module state_m
       real(wp), allocatable :: relief(:, :)
       !> Viscous nodal forces (2, nodes) [N per m]; size zero without viscous damping
       real(wp), allocatable :: damping(:, :)
+      !> Loads now, 0 at the start of the stage, 1 at its end
+      real(wp) :: level = 0.0_wp
       !> Level that the nodal loads were found for last (unset: not yet)
       real(wp) :: load_level = unset
       type(guess_t) :: guess

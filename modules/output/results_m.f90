@@ -1,7 +1,6 @@
 !> The results directory of a run: history.csv, fields.h5 with fields.xdmf, edges.csv, checkpoint.h5, deck.nml.
 module results_m
    use kinds_m, only: wp, i8
-   use constants_m, only: megapascal
    use errors_m, only: error_list_t
    use files_m, only: read_text, file_exists, real_path, relative_path, replace_file
    use deck_m, only: deck_t, write_deck, deck_path, written_by_program
@@ -9,13 +8,11 @@ module results_m
    use sparse_system_m, only: kept_matrix_t
    use implicit_m, only: implicit_solver_t
    use state_m, only: state_t
-   use solid_m, only: solid_stress
    use joints_m, only: joints_t
    use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
    use fields_m, only: fields_t
-   use field_list_m, only: field_list_t, on_nodes, on_triangles, on_joints
+   use field_list_m, only: field_list_t, on_nodes, on_joints
    use crack_results_m, only: write_cracks, append_cracks
-   use bonds_m, only: bond_damage
    use joint_law_m, only: law_result_t
    use edge_results_m, only: edge_sums, write_edges
    use provenance_m, only: provenance_t, provenance_of
@@ -496,39 +493,18 @@ contains
       type(place_t), intent(in) :: place
       type(error_list_t), intent(inout) :: errors
       type(field_list_t) :: list, constant
-      real(wp), allocatable :: stress(:, :)
-      integer :: e
+      integer :: i
 
       if (.not. self%fields%is_on(model%split)) then
          ! Cracks or an excavation have changed it
          call joint_constants(model, constant)
          call self%fields%set_mesh(model%split, model%topology%edge_of_joint, constant, errors)
       end if
-      allocate (stress(3, size(model%solid%area)))
-      do e = 1, size(stress, 2)
-         stress(:, e) = solid_stress(model%solid, e, state%u)
-      end do
       call list%add('displacement', 'm', 'displacement', on_nodes, state%u)
       call list%add('velocity', 'm/s', 'velocity', on_nodes, state%v)
-      call list%add_stress(stress)
-      associate (joint => state%joint)
-         call list%add('shear_displacement_mm', 'mm', 'shear displacement u (eq 30)', on_joints, joint%u)
-         call list%add('opening_mm', 'mm', 'opening w, negative when the walls overlap (eq 30)', on_joints, state%opening)
-         call list%add('aperture_mm', 'mm', 'aperture (eq 31)', on_joints, state%aperture)
-         call list%add('closure_mm', 'mm', 'closure by normal stress (eq 5b)', on_joints, joint%vn)
-         call list%add('dilation_mm', 'mm', 'dilation by shear (eq 18)', on_joints, joint%dilation)
-         call list%add('normal_stress_MPa', 'MPa', 'normal stress, compression positive', on_joints, joint%sn)
-         call list%add('shear_stress_MPa', 'MPa', 'shear stress, with the sign of the slip', on_joints, joint%tau)
-         call list%add('mobilised_friction', '-', 'mobilised friction coefficient (eq 33)', on_joints, joint%mu_mob)
-         if (model%can_break) call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', &
-                                            on_joints, bond_damage(model%bonds, state%bonds, size(joint)))
-      end associate
-      if (any(model%deck%stage%remove /= '')) then
-         call list%add('removed', '-', '1 where the rock was taken out, else 0', on_triangles, &
-                       merge(0.0_wp, 1.0_wp, model%split%present))
-         call list%add('joint_removed', '-', '1 where the rock on a side was taken out, else 0', on_joints, &
-                       merge(1.0_wp, 0.0_wp, model%joints%gone))
-      end if
+      do i = 1, size(model%term)
+         call model%term(i)%raw%results(model, state, list)
+      end do
       call take_run_flow(self%flow, model, state, place, errors)
       call self%flow%add_fields(model%split%origin, list)
       call self%fields%write(state%time, state%step, model%deck%stage(place%stage)%name, place%cycle, list, errors)

@@ -2,13 +2,11 @@
 !> one list that serves for saving and loading (keep_state). Nothing is kept that follows from deck and mesh, or that the first
 !> forces find anew.
 module run_checkpoint_m
-   use kinds_m, only: wp
    use errors_m, only: error_list_t
    use text_m, only: to_text
    use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash, numbers_hash
    use deck_record_m, only: deck_record, whole_record, compare_records
-   use bonds_m, only: bond_values, event_values, restore_events, bond_value_count
-   use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
+   use bonds_m, only: bond_values, bond_value_count
    use cracks_m, only: breaks_t
    use excavation_m, only: find_excavation
    use fluid_coupling_m, only: is_two_way
@@ -100,27 +98,22 @@ contains
       call file%close(errors)
    end subroutine load_run
 
-   !> All that the state remembers, saved to a checkpoint or loaded from it. What is added to the state and not found anew by the
-   !> first forces has its line here, and no other place.
+   !> All that the state remembers, saved to a checkpoint or loaded from it: what belongs to all terms here, the rest term by term.
+   !> What is added to the state and not found anew by the first forces has its line in one of these lists.
    subroutine keep_state(file, model, state, errors)
       type(checkpoint_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
-      real(wp), allocatable :: table(:, :), list(:)
       logical :: keeps_fluid
+      integer :: i
 
-      ! Motion and forces
+      ! Motion
       call file%keep('time', state%time, errors)
       call file%keep('step', state%step, errors)
       call file%keep('displacement', state%u, errors)
       call file%keep('velocity', state%v, errors)
       call file%keep('mass', state%mass, errors)
-      call file%keep('solid_force', state%solid, errors)
-      call file%keep('normal_force', state%normal, errors)
-      call file%keep('friction_force', state%friction, errors)
-      call file%keep('load', state%load, errors)
-      if (keeps_relief(file, state)) call file%keep('relief', state%relief, errors)
       ! Energy account
       associate (energy => state%energy)
          call file%keep('energy_kinetic', energy%kinetic, errors)
@@ -132,29 +125,6 @@ contains
          call file%keep('energy_external', energy%external, errors)
          call file%keep('energy_initial', energy%initial, errors)
       end associate
-      ! Joints
-      table = joint_table(state%joint)
-      call file%keep('joints', table, errors)
-      if (errors%any()) return
-      if (.not. file%writing) call joints_from_table(table, state%joint)
-      call file%keep('opening', state%opening, errors)
-      call file%keep('aperture', state%aperture, errors)
-      call file%keep('contact_stiffness', state%tractions%contact_stiffness, errors)
-      ! Walls, corners, other surfaces
-      call file%keep('facing', state%walls%facing, errors)
-      call file%keep('reached', state%walls%reached, errors)
-      call file%keep('corners', state%corners%held, errors)
-      call file%keep('corners_passed', state%corners%passed, errors)
-      if (model%has_contact) then
-         list = state%contact%values()
-         if (.not. file%writing) deallocate (list)
-         call file%keep('contact', list, errors)
-         if (errors%any()) return
-         if (.not. file%writing) then
-            if (.not. model%contact%restore_state(model%exposed, list, state%contact)) &
-               call errors%add('the contact of the checkpoint does not fit this mesh')
-         end if
-      end if
       ! What the implicit solver goes on from
       call file%keep('guess_known', state%guess%known, errors)
       call file%keep('guess_part', state%guess%part, errors)
@@ -173,31 +143,10 @@ contains
          call file%keep('fluid_range', state%fluid%range, errors)
          call file%keep('fluid_imbalance', state%fluid%imbalance, errors)
       end if
-      if (.not. model%can_break) return
-      ! Rock that breaks: what has broken, and forces not let go of yet
-      if (.not. file%writing) then
-         if (.not. file%has('crack_events')) return
-      end if
-      table = event_values(state%bonds)
-      if (.not. file%writing) deallocate (table)
-      call file%keep('crack_events', table, errors)
-      if (errors%any()) return
-      if (.not. file%writing) call restore_events(table, state%bonds)
-      call file%keep('release_start', state%release_start, errors)
-      call file%keep('release_time', state%release_time, errors)
-      if (state%release_time > 0.0_wp) call file%keep('release', state%release, errors)
+      do i = 1, size(model%term)
+         if (.not. errors%any()) call model%term(i)%raw%keep(file, model, state, errors)
+      end do
    end subroutine keep_state
-
-   !> Does a checkpoint have forces of rock that was taken out? Where it has there is one for each node.
-   logical function keeps_relief(file, state) result(keeps)
-      type(checkpoint_t), intent(inout) :: file
-      type(state_t), intent(inout) :: state
-
-      keeps = size(state%relief, 2) > 0
-      if (file%writing) return
-      keeps = file%has('relief')
-      if (keeps) state%relief = 0.0_wp*state%u
-   end function keeps_relief
 
    !> The matrix of the implicit solver: pattern and values in use, so that a restart goes on as if there had been none.
    subroutine keep_matrix(file, matrix, errors)
@@ -209,28 +158,6 @@ contains
       call file%keep('matrix_column', matrix%column, errors)
       call file%keep('matrix_value', matrix%value, errors)
    end subroutine keep_matrix
-
-   !> Joint elements as a table (values, joints).
-   pure function joint_table(joint) result(table)
-      type(joint_point_t), intent(in) :: joint(:)
-      real(wp), allocatable :: table(:, :)
-      integer :: j
-
-      allocate (table(joint_value_count, size(joint)))
-      do j = 1, size(joint)
-         table(:, j) = joint_values(joint(j))
-      end do
-   end function joint_table
-
-   pure subroutine joints_from_table(table, joint)
-      real(wp), intent(in) :: table(:, :)
-      type(joint_point_t), intent(out) :: joint(:)
-      integer :: j
-
-      do j = 1, size(joint)
-         joint(j) = joint_from_values(table(:, j))
-      end do
-   end subroutine joints_from_table
 
    !> The deck must agree with the one that the checkpoint was written with: in all that the results depend on, or, for a branch,
    !> in what its state depends on.

@@ -41,7 +41,7 @@ contains
       type(error_list_t), intent(inout) :: errors
 
       if (is_two_way(model%deck)) then
-         call coupled_cycle(solvers, model, stage, cycle, log, progress, state, report, errors)
+         call coupled_cycle()
          return
       end if
       do while (.not. errors%any())
@@ -59,41 +59,36 @@ contains
          call recut(model, report%breaks, report%level, state)
          call now_doing(work_other)
       end do
-   end subroutine run_cycle
 
-   !> One cycle with fluid that pushes back: each of its steps is done again until pressure and apertures agree. Only then may rock
-   !> break, and they have to agree anew.
-   subroutine coupled_cycle(solvers, model, stage, cycle, log, progress, state, report, errors)
-      type(solvers_t), intent(inout) :: solvers
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: stage, cycle
-      type(log_t), intent(in) :: log
-      type(progress_t), intent(inout) :: progress
-      type(state_t), intent(inout) :: state
-      type(cycle_report_t), intent(inout) :: report
-      type(error_list_t), intent(inout) :: errors
-      type(breaks_t) :: breaks
+   contains
 
-      associate (fluid => solvers%fluid, solver => solvers%implicit)
-         solver%cracks_wait = .true.
-         call hold_pressure(fluid, model, state)
-         model%loads%fluid = fluid%push
-         call enter_stage(solver, model, stage, cycle, log, state, errors)
-         if (.not. errors%any()) call start_cycle(fluid, model, stage, cycle, state, errors)
-         do while (.not. (errors%any() .or. fluid%over))
+      !> One cycle with fluid that pushes back: each of its steps is done again until pressure and apertures agree. Only then may
+      !> rock break, and they have to agree anew.
+      subroutine coupled_cycle()
+         type(breaks_t) :: breaks
+
+         associate (fluid => solvers%fluid, solver => solvers%implicit)
+            solver%cracks_wait = .true.
+            call hold_pressure(fluid, model, state)
             model%loads%fluid = fluid%push
-            if (fluid%settles) then
-               call settle(solver, model, stage, cycle, state, report, errors)
-            else
-               call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors, fluid%part)
-            end if
-            if (errors%any() .or. report%interrupted) return
-            call end_pass(fluid, model, stage, cycle, state, breaks, errors)
-            if (errors%any() .or. .not. breaks%any()) cycle
-            call recut(model, breaks, solver%level(), state)
-            call go_on_broken(fluid, model, cycle, state)
-         end do
-      end associate
-   end subroutine coupled_cycle
+            call enter_stage(solver, model, stage, cycle, log, state, errors)
+            if (.not. errors%any()) call start_cycle(fluid, model, stage, cycle, state, errors)
+            do while (.not. (errors%any() .or. fluid%over))
+               model%loads%fluid = fluid%push
+               if (fluid%settles) then
+                  call settle(solver, model, stage, cycle, state, report, errors)
+               else
+                  call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors, fluid%part)
+               end if
+               if (errors%any() .or. report%interrupted) return
+               call end_pass(fluid, model, stage, cycle, state, breaks, errors)
+               if (errors%any() .or. .not. breaks%any()) cycle
+               call recut(model, breaks, solver%level(), state)
+               call go_on_broken(fluid, model, cycle, state)
+            end do
+         end associate
+      end subroutine coupled_cycle
+
+   end subroutine run_cycle
 
 end module cycle_m

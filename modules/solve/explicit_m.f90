@@ -11,12 +11,12 @@ module explicit_m
    use model_m, only: model_t
    use state_m, only: state_t, kinetic_energy
    use solid_m, only: strain_energy
-   use forces_m, only: find_forces
+   use forces_m, only: find_forces, find_energies
    use stable_step_m, only: stable_step
    use corners_m, only: decide_corners, press_further
    use joints_m, only: have_stiffened
    use loads_m, only: smooth_ramp
-   use bonds_m, only: bonds_work, follow_bonds
+   use bonds_m, only: follow_bonds
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use release_m, only: release_factor
    use motion_m, only: move_nodes, unbalanced_ratio
@@ -118,8 +118,7 @@ contains
                                            march%lag, 0.0_wp, state)
       end associate
       state%energy%kinetic = kinetic_energy(state%mass, state%v)
-      state%energy%strain = strain_energy(model%solid, state%u)
-      state%energy%fracture = bonds_work(model%bonds, state%bonds)
+      call find_energies(model, state)
       call describe_bonds(model, state)
    end subroutine explicit_cycle
 

@@ -6,22 +6,13 @@
 !> the increment, and an increment is one step of every law, however the search went.
 module increment_m
    use kinds_m, only: wp
-   use model_m, only: model_t
+   use model_m, only: model_t, increment_t
    use state_m, only: state_t, laws_go_back
-   use solid_m, only: strain_energy
-   use bonds_m, only: bonds_work
-   use forces_m, only: find_forces
+   use forces_m, only: find_forces, find_energies
    implicit none
    private
 
-   public :: start_increment, forces_from_start, account_increment, has_left
-
-   !> Where an increment starts and what it goes to
-   type, public :: increment_t
-      type(state_t) :: start
-      !> Loads at its end, 0 to 1 over the stage
-      real(wp) :: level = 0.0_wp
-   end type increment_t
+   public :: increment_t, start_increment, forces_from_start, account_increment, has_left
 
 contains
 
@@ -101,9 +92,8 @@ contains
          energy%external = energy%external + external
          energy%damping = energy%damping + damping
          energy%kinetic = 0.0_wp
-         energy%strain = strain_energy(model%solid, state%u)
-         energy%fracture = bonds_work(model%bonds, state%bonds)
       end associate
+      call find_energies(model, state)
    end subroutine account_increment
 
 end module increment_m

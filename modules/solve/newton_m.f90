@@ -8,15 +8,11 @@ module newton_m
    use kinds_m, only: wp, i8
    use model_m, only: model_t
    use state_m, only: state_t
-   use solid_tangent_m, only: triangle_tangent
-   use bond_m, only: bond_tangent
-   use bonds_m, only: is_closed
-   use wall_contact_m, only: meet_walls, points_of_joints
-   use corners_m, only: corner_tangent, corner_nodes
+   use wall_contact_m, only: meet_walls
+   use bonds_m, only: has_stiffness
    use forces_m, only: net_force
-   use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use motion_m, only: unbalanced_ratio
-   use sparse_system_m, only: sparse_system_t, kept_matrix_t, restore_system, build_system, add_block, gather, scatter
+   use sparse_system_m, only: sparse_system_t, kept_matrix_t, restore_system, build_system, gather, scatter
    use elimination_m, only: dissection, large
    use mumps_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
@@ -49,11 +45,6 @@ module newton_m
    type, public, extends(increment_t) :: newton_increment_t
       !> Longest correction of one iteration [m]
       real(wp) :: longest = huge(1.0_wp)
-      !> Drag on the free nodes over the stiffness of the rock around them: a force against their displacement since the
-      !> start of the increment. 0: none; with it an increment is a step of pseudo-time
-      real(wp) :: drag = 0.0_wp
-      !> Softening of bonds in the tangent (see bond_tangent)? For increments that start near a stable equilibrium, or have drag
-      logical :: softens = .false.
    end type newton_increment_t
 
    !> An iteration with a kept matrix must reduce the unbalanced force to this share, or the matrix is made anew
@@ -147,18 +138,8 @@ contains
 
       allocate (node(4, 0))
       if (.not. model%can_break) return
-      node = model%bonds%node(:, pack([(b, b=1, size(state%bonds%active))], has_stiffness(model, state)))
+      node = model%bonds%node(:, pack([(b, b=1, size(state%bonds%active))], has_stiffness(model%bonds, state%bonds)))
    end function bonds_in_matrix
-
-   !> Does a bond hold or press, and can it open? (bonds)
-   pure function has_stiffness(model, state) result(has)
-      type(model_t), intent(in) :: model
-      type(state_t), intent(in) :: state
-      logical :: has(size(state%bonds%active))
-      integer :: b
-
-      has = [(state%bonds%active(b) .and. .not. is_closed(model%bonds%node(:, b)), b=1, size(has))]
-   end function has_stiffness
 
    !> Norm of the unbalanced forces [N per m of thickness].
    pure real(wp) function free_norm(model, state)
@@ -306,7 +287,7 @@ contains
       call self%past%forget(self%system%unknowns)
    end subroutine renew_matrix
 
-   !> Tangent stiffness of rock, bonds, walls and follower pressure, and the drag.
+   !> Tangent stiffness of all terms.
    subroutine assemble(model, increment, state, system, outside)
       type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
@@ -314,91 +295,15 @@ contains
       type(sparse_system_t), intent(inout) :: system
       !> Is the pattern too small?
       logical, intent(out) :: outside
-      type(wall_element_t) :: element
-      real(wp) :: stiffness(36)
-      integer :: first(size(model%walls%joint)/2 + 1), e, i
+      integer :: i
 
       outside = .false.
       system%value = 0.0_wp
-      do e = 1, size(model%solid%node, 2)
-         stiffness = reshape(triangle_tangent(model%solid, e, state%u(:, model%solid%node(:, e))), [36])
-         do i = 1, 36
-            associate (entry => system%triangle_entry(i, e))
-               if (entry > 0) system%value(entry) = system%value(entry) + stiffness(i)
-            end associate
-         end do
-      end do
-      do e = 1, size(model%loads%pressure_surface)
-         call add_block(system, model%loads%pressure_edge(:, e), pressure_stiffness(model, e, increment%level), outside)
-      end do
-      if (model%can_break) call assemble_bonds(model, increment, state, system, outside)
-      if (increment%drag > 0.0_wp) call assemble_drag(model, increment, system)
-      if (.not. model%has_walls) return
-      call points_of_joints(state%walls, first)
-      do i = 1, size(first) - 1
-         associate (j => model%walls%joint(2*i))
-            call joint_wall_tangent(model%joints, state%walls, state%tractions, j, first(i), first(i + 1) - 1, model%split%x, &
-                                    state%u, state%joint(j), element)
-         end associate
-         call add_block(system, element%node(:element%nodes), element%stiffness, outside)
-      end do
-      do i = 1, size(model%corners%stiffness)
-         call add_block(system, corner_nodes(model%corners, i), corner_tangent(model%corners, state%corners, i, state%u), outside)
+      do i = 1, size(model%term)
+         if (model%term(i)%raw%is_there(model)) &
+            call model%term(i)%raw%add_tangent(model, increment%increment_t, state, system, outside)
       end do
    end subroutine assemble
-
-   !> Tangent stiffness of the bonds.
-   subroutine assemble_bonds(model, increment, state, system, outside)
-      type(model_t), intent(in) :: model
-      type(newton_increment_t), intent(in) :: increment
-      type(state_t), intent(in) :: state
-      type(sparse_system_t), intent(inout) :: system
-      logical, intent(inout) :: outside
-      logical :: has(size(state%bonds%active))
-      integer :: b
-
-      has = has_stiffness(model, state)
-      do b = 1, size(has)
-         if (.not. has(b)) cycle
-         associate (bonds => model%bonds, node => model%bonds%node(:, b))
-            call add_block(system, node, bond_tangent(bonds%length(b), bonds%law(b), bonds%shift(:, :, b), &
-                                                      model%split%x(:, node), state%u(:, node), increment%start%bonds%point(:, b), &
-                                                      softens=increment%softens), outside)
-         end associate
-      end do
-   end subroutine assemble_bonds
-
-   !> The drag on the diagonal.
-   subroutine assemble_drag(model, increment, system)
-      type(model_t), intent(in) :: model
-      type(newton_increment_t), intent(in) :: increment
-      type(sparse_system_t), intent(inout) :: system
-      real(wp) :: drag(system%unknowns)
-
-      call gather(system, increment%drag*spread(model%nodes%rock_stiffness, 1, 2), drag)
-      where (system%row == system%column) system%value = system%value + drag(system%row)
-   end subroutine assemble_drag
-
-   !> Stiffness of a follower pressure, which turns and lengthens with its edge: minus the derivative of its nodal forces.
-   pure function pressure_stiffness(model, e, level) result(stiffness)
-      type(model_t), intent(in) :: model
-      !> Loaded edge
-      integer, intent(in) :: e
-      real(wp), intent(in) :: level
-      !> Components x, y of the edge's start and end (4, 4) [N/m per m of thickness]
-      real(wp) :: stiffness(4, 4)
-      real(wp) :: half
-
-      associate (start => model%loads%pressure_start(e), finish => model%loads%pressure_end(e))
-         half = 0.5_wp*(start + level*(finish - start))
-      end associate
-      ! Each end is pushed by half*[-along_y, along_x], along = end - start
-      stiffness = 0.0_wp
-      stiffness([1, 3], 2) = -half
-      stiffness([2, 4], 1) = half
-      stiffness([1, 3], 4) = half
-      stiffness([2, 4], 3) = -half
-   end function pressure_stiffness
 
    !> Diagonal of the matrix.
    pure function diagonal_of(system) result(diagonal)

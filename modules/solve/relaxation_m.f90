@@ -16,7 +16,8 @@ module relaxation_m
    use joints_m, only: have_stiffened
    use loads_m, only: smooth_ramp
    use motion_m, only: unbalanced_ratio
-   use stable_step_m, only: stiffness_bound, scaled_mass
+   use forces_m, only: stiffness_bound
+   use stable_step_m, only: scaled_mass
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: increment_t, start_increment, forces_from_start, account_increment, has_left

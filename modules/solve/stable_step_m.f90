@@ -6,23 +6,20 @@
 !> contact add to them: see longest_step.
 module stable_step_m
    use kinds_m, only: wp
-   use constants_m, only: is_set, megapascal_per_millimetre
+   use constants_m, only: is_set
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
    use model_m, only: model_t
    use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
-   use wall_contact_m, only: meet_walls, wall_stiffness_bound
-   use corners_m, only: corner_stiffness_bound
-   use joints_m, only: joint_stiffness
-   use bonds_m, only: bonds_stiffness_bound
+   use forces_m, only: stiffness_bound
    implicit none
    private
 
    !> Differences of stiffness below this share are rounding errors
    real(wp), parameter :: rounding = 1.0e-9_wp
 
-   public :: stable_step, first_step, check_given_step, stiffness_bound, scaled_mass, longest_stable_step
+   public :: stable_step, first_step, check_given_step, scaled_mass, longest_stable_step
 
 contains
 
@@ -124,28 +121,6 @@ contains
                          quoted(model%deck%stage(stage)%name)//'; must be less, or be left out: the program then finds it')
       end associate
    end subroutine check_given_step
-
-   !> Nodal bounds of the stiffness of rock, joints and contact at the present state (nodes) [N/m per m of thickness].
-   subroutine stiffness_bound(model, state, bound)
-      type(model_t), intent(in) :: model
-      type(state_t), intent(inout) :: state
-      real(wp), intent(out) :: bound(:)
-
-      bound = model%nodes%rock_stiffness
-      if (model%has_walls) then
-         state%tractions%stiffness_then = joint_stiffness(model%joints%law, model%joints%penalty, &
-                                                          state%tractions%contact_stiffness, state%joint)
-         call meet_walls(model%walls, model%split%x, state%u, state%walls)
-         state%walls%moved_on = .false.
-         call wall_stiffness_bound(model%walls, state%walls, model%split%x, &
-                                   state%tractions%stiffness_then(model%walls%joint)*megapascal_per_millimetre, bound)
-         call corner_stiffness_bound(model%corners, state%corners, bound)
-      end if
-      if (model%has_contact) call model%contact%add_stiffness(state%contact, bound)
-      if (model%can_break) call bonds_stiffness_bound(model%bonds, state%bonds, bound)
-      ! Local damping adds its part of the force to it while that acts against the motion
-      bound = (1.0_wp + model%local_damping)*bound
-   end subroutine stiffness_bound
 
    !> The longest step with s dt^2 + 2 c dt <= 4 m at every node that can move [s].
    pure real(wp) function longest_stable_step(stiffness, damping, mass, fixed) result(step)

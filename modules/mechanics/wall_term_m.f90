@@ -1,0 +1,150 @@
+!> Walls of joints that face each other: where they meet (wall_contact_m) and what the law of the joint lets pass (joints_m).
+module wall_term_m
+   use kinds_m, only: wp
+   use constants_m, only: megapascal_per_millimetre
+   use stopwatch_m, only: now_doing, work_laws, work_walls
+   use errors_m, only: error_list_t
+   use checkpoint_m, only: checkpoint_t
+   use field_list_m, only: field_list_t, on_joints
+   use model_m, only: model_t, term_t, increment_t
+   use state_m, only: state_t
+   use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
+   use wall_contact_m, only: meet_walls, add_wall_forces, wall_stiffness_bound, points_of_joints
+   use joints_m, only: couple_walls, joint_stiffness
+   use wall_tangent_m, only: wall_element_t, joint_wall_tangent
+   use sparse_system_m, only: sparse_system_t, add_block
+   implicit none
+   private
+
+   type, extends(term_t), public :: wall_term_t
+   contains
+      procedure, nopass :: is_there
+      procedure, nopass :: add_forces
+      procedure, nopass :: add_tangent
+      procedure, nopass :: add_stiffness_bound
+      procedure, nopass :: results
+      procedure, nopass :: keep
+   end type wall_term_t
+
+contains
+
+   !> Where joints are in wall contact.
+   pure logical function is_there(model)
+      type(model_t), intent(in) :: model
+
+      is_there = model%has_walls
+   end function is_there
+
+   subroutine add_forces(model, state)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+
+      call now_doing(work_walls)
+      call meet_walls(model%walls, model%split%x, state%u, state%walls)
+      call now_doing(work_laws)
+      call couple_walls(model%joints, model%walls, state%walls, model%solid, model%split%x, state%u, state%v, &
+                        state%tractions, state%joint, state%opening, state%aperture)
+      call now_doing(work_walls)
+      call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
+   end subroutine add_forces
+
+   subroutine add_tangent(model, increment, state, system, outside)
+      type(model_t), intent(in) :: model
+      type(increment_t), intent(in) :: increment
+      type(state_t), intent(in) :: state
+      type(sparse_system_t), intent(inout) :: system
+      logical, intent(inout) :: outside
+      type(wall_element_t) :: element
+      integer :: first(size(model%walls%joint)/2 + 1), i
+
+      associate (unused => increment)
+      end associate
+      call points_of_joints(state%walls, first)
+      do i = 1, size(first) - 1
+         associate (j => model%walls%joint(2*i))
+            call joint_wall_tangent(model%joints, state%walls, state%tractions, j, first(i), first(i + 1) - 1, model%split%x, &
+                                    state%u, state%joint(j), element)
+         end associate
+         call add_block(system, element%node(:element%nodes), element%stiffness, outside)
+      end do
+   end subroutine add_tangent
+
+   subroutine add_stiffness_bound(model, state, bound)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+      real(wp), contiguous, intent(inout) :: bound(:)
+
+      state%tractions%stiffness_then = joint_stiffness(model%joints%law, model%joints%penalty, &
+                                                       state%tractions%contact_stiffness, state%joint)
+      call meet_walls(model%walls, model%split%x, state%u, state%walls)
+      state%walls%moved_on = .false.
+      call wall_stiffness_bound(model%walls, state%walls, model%split%x, &
+                                state%tractions%stiffness_then(model%walls%joint)*megapascal_per_millimetre, bound)
+   end subroutine add_stiffness_bound
+
+   !> Of all joints, those in potential contact too.
+   subroutine results(model, state, list)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(field_list_t), intent(inout) :: list
+
+      associate (joint => state%joint)
+         call list%add('shear_displacement_mm', 'mm', 'shear displacement u (eq 30)', on_joints, joint%u)
+         call list%add('opening_mm', 'mm', 'opening w, negative when the walls overlap (eq 30)', on_joints, state%opening)
+         call list%add('aperture_mm', 'mm', 'aperture (eq 31)', on_joints, state%aperture)
+         call list%add('closure_mm', 'mm', 'closure by normal stress (eq 5b)', on_joints, joint%vn)
+         call list%add('dilation_mm', 'mm', 'dilation by shear (eq 18)', on_joints, joint%dilation)
+         call list%add('normal_stress_MPa', 'MPa', 'normal stress, compression positive', on_joints, joint%sn)
+         call list%add('shear_stress_MPa', 'MPa', 'shear stress, with the sign of the slip', on_joints, joint%tau)
+         call list%add('mobilised_friction', '-', 'mobilised friction coefficient (eq 33)', on_joints, joint%mu_mob)
+      end associate
+      if (any(model%deck%stage%remove /= '')) &
+         call list%add('joint_removed', '-', '1 where the rock on a side was taken out, else 0', on_joints, &
+                       merge(1.0_wp, 0.0_wp, model%joints%gone))
+   end subroutine results
+
+   subroutine keep(file, model, state, errors)
+      type(checkpoint_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+      type(error_list_t), intent(inout) :: errors
+      real(wp), allocatable :: table(:, :)
+
+      associate (unused => model)
+      end associate
+      allocate (table, source=joint_table(state%joint))
+      call file%keep('joints', table, errors)
+      if (errors%any()) return
+      if (.not. file%writing) call joints_from_table(table, state%joint)
+      call file%keep('opening', state%opening, errors)
+      call file%keep('aperture', state%aperture, errors)
+      call file%keep('contact_stiffness', state%tractions%contact_stiffness, errors)
+      call file%keep('normal_force', state%normal, errors)
+      call file%keep('friction_force', state%friction, errors)
+      call file%keep('facing', state%walls%facing, errors)
+      call file%keep('reached', state%walls%reached, errors)
+   end subroutine keep
+
+   !> Joint elements as a table (values, joints).
+   pure function joint_table(joint) result(table)
+      type(joint_point_t), intent(in) :: joint(:)
+      real(wp), allocatable :: table(:, :)
+      integer :: j
+
+      allocate (table(joint_value_count, size(joint)))
+      do j = 1, size(joint)
+         table(:, j) = joint_values(joint(j))
+      end do
+   end function joint_table
+
+   pure subroutine joints_from_table(table, joint)
+      real(wp), intent(in) :: table(:, :)
+      type(joint_point_t), intent(out) :: joint(:)
+      integer :: j
+
+      do j = 1, size(joint)
+         joint(j) = joint_from_values(table(:, j))
+      end do
+   end subroutine joints_from_table
+
+end module wall_term_m
