@@ -38,7 +38,7 @@ program femdem
    use checkpoint_m, only: checkpoint_t
    use run_checkpoint_m, only: place_t, open_run, load_run
    use watchdog_m, only: watchdog_t, patience
-   use story_m, only: say_start, say_stage, say_end, say_stopped, command_text
+   use story_m, only: say_in_situ, say_start, say_stage, say_end, say_stopped, command_text
    implicit none
    type(command_t) :: command
    type(deck_t) :: deck
@@ -181,6 +181,7 @@ contains
 
       if (stage > done%stage) call end_relief(state)
       call begin_stage(model, stage, state)
+      if (stage == 1 .and. done%stage == 0 .and. deck%in_situ%line > 0) call say_in_situ(model, state, log)
       if (stage > done%stage) call find_excavation(model, stage, breaks)
       if (.not. breaks%any()) return
       call say_excavation(model, stage, breaks, log)

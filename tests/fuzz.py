@@ -165,6 +165,7 @@ EXTRA = {
     "boundary": "vx = 1e-3;vy = -1;vx = 1e3;tx = 1e6;ty = -2e7;ty = 1e9;pressure = 1e8;pressure = -1e6;"
     "sxx = 1e6, syy = 2e6, sxy = 3e5;stage = 'load'",
     "gravity": "gx = 9.81;ramped = .false.",
+    "in_situ": "sxx = 1e6;syy = 2e6;sxy = 0;sxx_gradient = 1e4;reference_y = 0",
     "stage": "rest_time = 1e-3;profile = 'constant';equilibrium = 0.5;max_rest_time = 1e-3, equilibrium = 1e-6",
     "explicit": "mass_scaling = 'step', scaled_step = 1e-4;step = 1e-6;damping_factor = 0.1",
     "initial": "vx = 100",

@@ -89,7 +89,7 @@ def kirsch(place, larger=LARGER, smaller=SMALLER):
     )
 
 
-def cells(snapshot, sectors=48, rings=24, outer=20.0):
+def cells(snapshot, sectors, rings, outer):
     """Mean centre and stress of the two triangles of each cell of the rock (n, 2), (n, 3)."""
     radius, angle = np.hypot(*snapshot.centre.T), np.arctan2(snapshot.centre[:, 1], snapshot.centre[:, 0])
     ring = np.floor(np.log(radius) / np.log(outer) * rings)
@@ -102,9 +102,9 @@ def cells(snapshot, sectors=48, rings=24, outer=20.0):
     ]
 
 
-def across(snapshot, radius):
+def across(snapshot, radius, rings=24, outer=20.0):
     """Stress along x on the y axis at a radius: Kirsch's, and what is beyond it in the cells beside the axis, interpolated."""
-    centre, stress = cells(snapshot)
+    centre, stress = cells(snapshot, 48, rings, outer)
     error = stress[:, 0] - kirsch(centre)[:, 0]
     beside = np.flatnonzero(np.arctan2(centre[:, 1], centre[:, 0]) > np.radians(84))
     beside = beside[np.argsort(np.hypot(*centre[beside].T))]

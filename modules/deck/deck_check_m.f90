@@ -28,6 +28,7 @@ contains
       call check_repeated_names(deck, errors)
       call check_stage_names(deck, errors)
       call check_removals(deck, errors)
+      if (deck%in_situ%line > 0) call check_in_situ(deck, errors)
       call check_crack_joints(deck, errors)
       if (deck%run%solver == 'implicit') call check_implicit(deck, errors)
       if (deck%run%solver == 'relaxation') call check_relaxation(deck, errors)
@@ -255,6 +256,23 @@ contains
                          ': stands for every stage; must be another name')
       end do
    end subroutine check_stage_names
+
+   !> In-situ stress needs joints whose walls press by their closure and hold by slip.
+   subroutine check_in_situ(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      character(len=*), parameter :: instead = ' cannot start under &in_situ: use '
+      integer :: i
+
+      do i = 1, size(deck%joint)
+         associate (joint => deck%joint(i))
+            if (joint%contact == 'potential') call errors%add(at(deck, joint%line, 'joint')// &
+                                                              'contact = ''potential'''//instead//'''wall''')
+            if (joint%friction == 'velocity') call errors%add(at(deck, joint%line, 'joint')// &
+                                                              'friction = ''velocity'''//instead//'''slider''')
+         end associate
+      end do
+   end subroutine check_in_situ
 
    !> Rock is taken out once, and not where fluid flows through what is left: the equations of flow do not know of it.
    subroutine check_removals(deck, errors)

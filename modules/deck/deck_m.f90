@@ -12,6 +12,7 @@ module deck_m
    use initial_group_m, only: initial_t, read_initial, write_initial
    use pore_pressure_group_m, only: pore_pressure_t, read_pore_pressure, write_pore_pressure
    use gravity_group_m, only: gravity_t, read_gravity, write_gravity
+   use in_situ_group_m, only: in_situ_t, read_in_situ, write_in_situ
    use fluid_group_m, only: fluid_t, read_fluid, write_fluid
    use flow_group_m, only: flow_t, read_flow, write_flow
    use conduit_group_m, only: conduit_t, read_conduit, write_conduit
@@ -45,6 +46,7 @@ module deck_m
       type(initial_t), allocatable :: initial(:)
       type(pore_pressure_t), allocatable :: pore_pressure(:)
       type(gravity_t) :: gravity
+      type(in_situ_t) :: in_situ
       type(fluid_t) :: fluid
       type(flow_t) :: flow
       type(transient_t) :: transient
@@ -69,8 +71,8 @@ module deck_m
                                                          'pore_pressure', 'conduit', 'porous', 'flow_boundary', 'stage']
    character(len=*), parameter :: group_names(*) = &
                                   [character(len=13) :: 'run', repeated_names, &
-                                                         'contact', 'gravity', 'fluid', 'flow', 'transient', 'explicit', &
-                                                         'implicit', 'relaxation', &
+                                                         'contact', 'gravity', 'in_situ', 'fluid', 'flow', 'transient', &
+                                                         'explicit', 'implicit', 'relaxation', &
                                                          'plan', 'output']
 
 contains
@@ -165,6 +167,8 @@ contains
          call read_pore_pressure(slice(i), deck%pore_pressure(n), errors)
       case ('gravity')
          call read_gravity(slice(i), deck%gravity, errors)
+      case ('in_situ')
+         call read_in_situ(slice(i), deck%in_situ, errors)
       case ('fluid')
          call read_fluid(slice(i), deck%fluid, errors)
       case ('flow')
@@ -294,6 +298,7 @@ contains
          call write_pore_pressure(deck%pore_pressure(i), unit)
       end do
       call write_gravity(deck%gravity, unit)
+      call write_in_situ(deck%in_situ, unit)
       if (deck%flow%line > 0) then
          call write_fluid(deck%fluid, unit)
          call write_flow(deck%flow, unit)

@@ -11,7 +11,10 @@ module build_m
    use mesh_m, only: mesh_t, find_group, surface_first, place_text
    use split_m, only: fracture_cuts, split_edges
    use topology_m, only: scan_topology
-   use solid_m, only: solid_t, init_solid, set_viscosity
+   use solid_m, only: solid_t, init_solid, set_in_situ, set_viscosity
+   use in_situ_group_m, only: in_situ_stress
+   use in_situ_m, only: resolve, close_joint
+   use joint_point_m, only: joint_point_t
    use joint_law_m, only: guard_t
    use law_list_m, only: scaled_law
    use joints_m, only: joints_t, init_joints
@@ -70,6 +73,7 @@ contains
       call warn_of_closed(model, log)
       call init_loads(model%split, deck%boundary, model%loads, every_time=.not. deck%plan%skip_loads)
       call init_state(model%nodes%mass, size(model%split%joint, 2), model%has_damping, state)
+      if (deck%in_situ%line > 0) call press_joints(model, log, state)
       call init_bonds(size(model%split%joint, 2), model%bonds, state%bonds)
       call start_moving(model, state)
       call find_breakable(model, breakable, breaks%edge)
@@ -98,6 +102,7 @@ contains
          poisson(e) = model%deck%material(m)%poisson
       end do
       call init_solid(model%split%x, model%split%triangle, density, young, poisson, solid)
+      if (model%deck%in_situ%line > 0) call set_in_situ(in_situ_stresses(model), solid)
       if (model%solver /= solver_explicit) return
       associate (settings => model%deck%explicit)
          if (.not. model%deck%plan%skip_viscosity) call set_viscosity(solid, 0.0_wp)
@@ -105,11 +110,59 @@ contains
       end associate
    end function rock_of
 
+   !> In-situ stress in the middle of each triangle, tension positive (3, triangles) [Pa].
+   function in_situ_stresses(model) result(stress)
+      type(model_t), intent(in) :: model
+      real(wp) :: stress(3, size(model%split%triangle, 2))
+      integer :: e
+
+      do e = 1, size(stress, 2)
+         stress(:, e) = in_situ_stress(model%deck%in_situ, &
+                                       model%split%datum(2) + sum(model%split%x(2, model%split%triangle(:, e)))/3.0_wp)
+      end do
+   end function in_situ_stresses
+
+   !> Normal and shear stress of a joint element in the in-situ stress in its middle [MPa].
+   pure subroutine resolve_in_situ(model, j, sn, tau)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: j
+      real(wp), intent(out) :: sn, tau
+
+      associate (a => model%split%x(:, model%split%joint(1, j)), b => model%split%x(:, model%split%joint(2, j)))
+         call resolve(in_situ_stress(model%deck%in_situ, model%split%datum(2) + 0.5_wp*(a(2) + b(2))), b - a, sn, tau)
+      end associate
+   end subroutine resolve_in_situ
+
+   !> Joints in the state that in-situ stress has brought them to.
+   subroutine press_joints(model, log, state)
+      type(model_t), intent(in) :: model
+      type(log_t), intent(in) :: log
+      type(state_t), intent(inout) :: state
+      real(wp) :: sn, tau, closed, slipped
+      logical :: weak(size(state%joint))
+      integer :: j, g
+
+      do j = 1, size(weak)
+         call resolve_in_situ(model, j, sn, tau)
+         call close_joint(model%joints%law(j)%raw, model%joints%penalty(j), model%joints%coupled(j), sn, tau, state%joint(j), &
+                          closed, slipped, weak(j))
+      end do
+      do g = 1, size(model%deck%joint)
+         if (any(weak .and. model%joints%group == g)) &
+            call log%warn(to_text(count(weak .and. model%joints%group == g))//' of '//to_text(count(model%joints%group == g))// &
+                          ' joint elements of '//quoted(model%deck%joint(g)%group)//' cannot carry their part of the in-situ '// &
+                          'stress: they slip or open in the first stage')
+      end do
+   end subroutine press_joints
+
    !> Laws at the scale of the block edges, coupling options.
    function joints_of(model) result(joints)
       type(model_t), intent(in) :: model
       type(joints_t) :: joints
       real(wp), allocatable :: mean_length(:)
+      type(joint_point_t) :: point
+      real(wp) :: sn, tau
+      logical :: weak
       integer :: j, g
 
       call init_joints(model%split, joints)
@@ -130,6 +183,10 @@ contains
             if (settings%normal == 'penalty') joints%penalty(j) = penalty_stiffness(model, settings, j)
          end associate
          call joints%law(j)%raw%lend(joints%penalty(j))
+         if (model%deck%in_situ%line == 0) cycle
+         call resolve_in_situ(model, j, sn, tau)
+         call close_joint(joints%law(j)%raw, joints%penalty(j), joints%coupled(j), sn, tau, point, joints%closed(j), &
+                          joints%slipped(j), weak)
       end do
    end function joints_of
 

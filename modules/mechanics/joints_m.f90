@@ -39,6 +39,8 @@ module joints_m
       logical, allocatable :: bonded(:)
       !> Has the rock on a side of it been taken out, so that it is a joint no more? (joints)
       logical, allocatable :: gone(:)
+      !> Overlap of the walls and slip in the in-situ state, in which nothing has moved (joints) [mm]
+      real(wp), allocatable :: closed(:), slipped(:)
    end type joints_t
 
    !> What passes between the walls of joints
@@ -82,6 +84,7 @@ contains
                 source=.false.)
       allocate (joints%wall_handled(n), source=.true.)
       allocate (joints%bonded(n), source=.false.)
+      allocate (joints%closed(n), joints%slipped(n), source=0.0_wp)
       allocate (joints%length(n), joints%gone(n))
       do j = 1, n
          joints%gone(j) = .not. all(split%present(split%joint_triangle(:, j)))
@@ -193,8 +196,9 @@ contains
       covered = sum(met%weight(first:last))
       ! Coupled walls ride up on their asperities: the closure by stress is the overlap plus the dilation
       if (joints%coupled(j)) then
-         associate (gap => -met%gap(first:last)/millimetre, weight => met%weight(first:last)/max(tiny(covered), covered), &
-                    du => frame%shear/millimetre - point(j)%u, found => tractions%ride(j), &
+         associate (gap => joints%closed(j) - met%gap(first:last)/millimetre, &
+                    weight => met%weight(first:last)/max(tiny(covered), covered), &
+                    du => slip_of(joints, j, frame) - point(j)%u, found => tractions%ride(j), &
                     by_overlap => tractions%by_overlap(first:last), by_weight => tractions%by_weight(first:last), &
                     other => merge(met%faced_joint(first:last), j, met%faced_joint(first:last) > 0))
             if (joints%stress_from_walls(j)) then
@@ -237,7 +241,7 @@ contains
       !> Joint, integration point
       integer, intent(in) :: j, k
 
-      overlap = -met%gap(k)/millimetre
+      overlap = joints%closed(j) - met%gap(k)/millimetre
       if (joints%coupled(j)) overlap = overlap + tractions%ride(j)%dilation
    end function wall_overlap
 
@@ -310,6 +314,15 @@ contains
       frame = joint_kinematics(corner, moved)
    end function frame_of
 
+   !> Slip of a joint, with that of the in-situ state [mm].
+   pure real(wp) function slip_of(joints, j, frame)
+      type(joints_t), intent(in) :: joints
+      integer, intent(in) :: j
+      type(joint_frame_t), intent(in) :: frame
+
+      slip_of = joints%slipped(j) + frame%shear/millimetre
+   end function slip_of
+
    !> Update one joint: normal stress, law, aperture.
    subroutine update(joints, tractions, j, solid, u, frame, point, opening, open_aperture)
       type(joints_t), intent(in) :: joints
@@ -322,10 +335,10 @@ contains
       real(wp), intent(inout) :: opening, open_aperture
       real(wp) :: stress
 
-      opening = frame%opening/millimetre
+      opening = frame%opening/millimetre - joints%closed(j)
       stress = tractions%contact_stress(j)
       if (joints%stress_from_walls(j) .and. stress > 0.0_wp) stress = wall_stress(joints, j, solid, u, frame%j)
-      associate (law => joints%law(j)%raw, du => frame%shear/millimetre - point%u)
+      associate (law => joints%law(j)%raw, du => slip_of(joints, j, frame) - point%u)
          if (joints%coupled(j)) then
             call law%update(du, stress, point, tractions%ride(j)%slip)
          else

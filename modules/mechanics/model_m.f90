@@ -384,6 +384,12 @@ contains
                              holds_fluid(model, state), model%loads)
       ! Weight that is not ramped is there from the very start
       if (stage == 1 .and. .not. model%deck%gravity%ramped) model%loads%dead_start = model%nodes%weight
+      ! In-situ stress is in balance with all of them
+      if (stage == 1 .and. model%deck%in_situ%line > 0) then
+         model%loads%dead_start = model%loads%dead_end
+         model%loads%dead_changes = .false.
+         model%loads%pressure_start = model%loads%pressure_end
+      end if
       do i = 1, 2
          where (model%nodes%gone)
             model%loads%fixed(i, :) = .true.

@@ -53,6 +53,8 @@ contains
       model%recuts = model%recuts + 1
       if (breaks%at_start) then
          if (size(breaks%edge) > 0 .or. allocated(breaks%taken)) call cut(parent)
+         if (size(breaks%edge) > 0 .and. model%deck%in_situ%line > 0) &
+            call load_bonds(spread(.true., 1, size(model%bonds%length)), .false.)
          call start_walls()
          return
       end if
@@ -177,7 +179,6 @@ contains
          logical, intent(in) :: no_jump
          integer, allocatable, intent(out) :: parent(:)
          logical, allocatable :: fresh(:)
-         real(wp) :: normal, shear
          integer :: b, e, before
 
          before = size(state%bonds%active)
@@ -187,6 +188,18 @@ contains
          end do
          call cut(parent)
          call renew_walls(parent, [(e, e=1, size(model%split%surface, 2))])
+         call load_bonds(fresh, no_jump)
+      end subroutine cut_under_stress
+
+      !> Let bonds start at the stress of the rock.
+      subroutine load_bonds(fresh, no_jump)
+         !> Which ones (bonds)
+         logical, intent(in) :: fresh(:)
+         !> Are bonds made as strong as the stress they start at, so that no force jumps?
+         logical, intent(in) :: no_jump
+         real(wp) :: normal, shear
+         integer :: b, e
+
          do b = 1, size(fresh)
             if (.not. fresh(b)) cycle
             e = model%cut%edge(model%bonds%fractures + b)
@@ -197,7 +210,7 @@ contains
             call start_bond(model%bonds, state%bonds, b, rock_law(model, model%bonds%fractures + b, model%bonds%setting(b)), &
                             normal, shear, no_jump)
          end do
-      end subroutine cut_under_stress
+      end subroutine load_bonds
 
       !> Loads and prescribed motion at the nodes of the new mesh, in the stage that is on; also when fluid gets into cracks.
       subroutine renew_loads()
@@ -392,6 +405,8 @@ contains
       joints%stress_from_walls(:n) = old%stress_from_walls
       joints%literal_aperture(:n) = old%literal_aperture
       joints%wall_handled(:n) = old%wall_handled
+      joints%closed(:n) = old%closed
+      joints%slipped(:n) = old%slipped
       joints%bonded(:n) = old%bonded
       joints%bonded(n + 1:) = .true.
    end function with_bonds

@@ -180,7 +180,7 @@ contains
       case ('boundary', 'pore_pressure')
          if (stage_number(deck%stage%name, unquoted(value_of(entry, 'stage'))) > stage) return
          group = group//' group = '//value_of(entry, 'group')//', stage = '//value_of(entry, 'stage')
-      case ('contact', 'gravity')
+      case ('contact', 'gravity', 'in_situ')
       case (explicit_group)
          ! Masses that were raised stay raised
          if (deck%run%solver /= explicit_group) return

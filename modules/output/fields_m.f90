@@ -4,6 +4,7 @@ module fields_m
    use errors_m, only: error_list_t
    use field_list_m, only: field_list_t, on_nodes, on_joints, place_name, vector_components
    use files_m, only: file_exists, replace_file
+   use hash_m, only: numbers_hash
    use hdf5_m, only: h5_file_t, h5_name_length
    use kinds_m, only: wp, i8
    use mesh_m, only: split_mesh_t
@@ -26,8 +27,10 @@ module fields_m
       !> Group of the mesh in use, and how many meshes there are (cracks that open change the mesh)
       character(len=:), allocatable :: mesh_group
       integer :: meshes = 0
-      !> Numbers of nodes, triangles, joints; of surface edges
-      integer :: entities(3) = 0, surface_edges = 0
+      !> Numbers of nodes, triangles, joints
+      integer :: entities(3) = 0
+      !> Hash of what a crack or an excavation changes in the mesh
+      character(len=:), allocatable :: fingerprint
       !> Fields of the mesh that do not change with time; how many snapshots have been written
       type(snapshot_t) :: constant
       integer :: snapshots = 0
@@ -124,13 +127,11 @@ contains
             self%mesh_group = last%mesh
             self%entities = last%entities
          end associate
-         self%surface_edges = surface_edges_of(file, self%mesh_group)
          call self%constant%clear()
          call read_fields(file, self%mesh_group, self%constant)
       else if (self%meshes > 0) then
          self%mesh_group = '/'//mesh_prefix
          self%entities = mesh_entities(file, self%mesh_group)
-         self%surface_edges = surface_edges_of(file, self%mesh_group)
          call self%constant%clear()
          call read_fields(file, self%mesh_group, self%constant)
       end if
@@ -140,6 +141,7 @@ contains
          if (errors%count() == before) call self%init(directory, mesh, block_edge, constant, provenance, errors)
          return
       end if
+      if (allocated(self%mesh_group)) self%fingerprint = fingerprint_in(file, self%mesh_group)
       call file%close(errors)
       if (errors%count() > before) return
       if (self%snapshots > 0) call write_xdmf(self%xdmf_path, 'fields.h5', kept(:self%snapshots), errors)
@@ -172,15 +174,27 @@ contains
       entities = [size(place, 2), size(corner, 2), size(wall, 2)]
    end function mesh_entities
 
-   !> Surface edges of a mesh in the file.
-   integer function surface_edges_of(file, mesh_group) result(edges)
+   !> Fingerprint of a mesh in the file.
+   function fingerprint_in(file, mesh_group) result(fingerprint)
       type(h5_file_t), intent(inout) :: file
       character(len=*), intent(in) :: mesh_group
-      integer, allocatable :: edge(:, :)
+      character(len=:), allocatable :: fingerprint
+      integer, allocatable :: corner(:, :), wall(:, :), edge(:, :)
 
+      call file%read(mesh_group//'/triangles', corner)
+      call file%read(mesh_group//'/joints', wall)
       call file%read(mesh_group//'/surface', edge)
-      edges = size(edge, 2)
-   end function surface_edges_of
+      fingerprint = fingerprint_of(corner + 1, wall + 1, edge + 1)
+   end function fingerprint_in
+
+   !> The same for what cracks and excavations change: nodes of triangles, joints and surface edges.
+   function fingerprint_of(triangle, joint, surface) result(fingerprint)
+      integer, intent(in) :: triangle(:, :), joint(:, :), surface(:, :)
+      character(len=:), allocatable :: fingerprint
+
+      fingerprint = numbers_hash([reshape(triangle, [size(triangle)]), reshape(joint, [size(joint)]), &
+                                  reshape(surface, [size(surface)])])
+   end function fingerprint_of
 
    !> Give a file that cannot be read another name.
    subroutine set_aside(self, damage, notes, errors)
@@ -206,12 +220,13 @@ contains
       end if
    end subroutine set_aside
 
-   !> Is this the mesh in use? A crack adds joints, and rock that is taken out parts nodes and changes the number of free edges.
-   pure logical function is_on(self, mesh)
+   !> Is this the mesh in use? A crack adds joints, and rock that is taken out parts nodes and has other free edges.
+   logical function is_on(self, mesh)
       class(fields_t), intent(in) :: self
       type(split_mesh_t), intent(in) :: mesh
 
-      is_on = all(self%entities == entities_of(mesh)) .and. self%surface_edges == size(mesh%surface, 2)
+      is_on = all(self%entities == entities_of(mesh))
+      if (is_on) is_on = self%fingerprint == fingerprint_of(mesh%triangle, mesh%joint, mesh%surface)
    end function is_on
 
    !> Numbers of nodes, triangles, joints.
@@ -239,7 +254,7 @@ contains
       if (self%meshes == 1) number = ''
       self%mesh_group = '/'//mesh_prefix//trim(number)
       self%entities = entities_of(mesh)
-      self%surface_edges = size(mesh%surface, 2)
+      self%fingerprint = fingerprint_of(mesh%triangle, mesh%joint, mesh%surface)
       call constant%check(self%entities, errors)
       if (size(block_edge) /= size(mesh%joint, 2)) call errors%add(self%path//': one block edge for each joint is expected')
       if (errors%count() > before) return

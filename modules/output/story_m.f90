@@ -15,13 +15,15 @@ module story_m
    use solver_choice_m, only: solver_explicit, solver_implicit
    use state_m, only: state_t
    use explicit_m, only: cycle_report_t
+   use forces_m, only: find_forces, net_force
+   use solid_m, only: in_situ_scale
    implicit none
    private
 
    !> Corners that overlap by more than this part of the largest slip are warned of
    real(wp), parameter :: corner_share = 1.0e-2_wp
 
-   public :: say_start, say_stage, say_end, say_stopped, command_text
+   public :: say_start, say_in_situ, say_stage, say_end, say_stopped, command_text
 
 contains
 
@@ -94,6 +96,29 @@ contains
                        to_text(100.0_wp*report%overshoot)//' % further than to rest; joints that slid with it stay there. '// &
                        'For less: more cycles, a longer move_time, or solver = ''implicit''')
    end subroutine say_overshoot
+
+   !> Is the in-situ stress in balance with the boundary, the weight and the joints? Before anything has moved.
+   subroutine say_in_situ(model, state, log)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(log_t), intent(in) :: log
+      !> Unbalanced force over the forces of the stress in all corners of triangles that is worth a word: joints in a stress
+      !> that grows with depth leave less
+      real(wp), parameter :: noticeable = 1.0e-3_wp
+      type(state_t) :: trial
+      real(wp) :: share
+      logical :: searched
+
+      trial = state
+      call find_forces(model, 0.0_wp, trial, searched)
+      share = norm2(pack(net_force(trial),.not. model%loads%fixed))/in_situ_scale(model%solid)
+      call log%say('in situ   unbalanced force '//to_text(share)//' of the forces of the stress')
+      if (share > noticeable) &
+         call log%warn('the in-situ stress is not in balance with the boundary, the weight and the joints: '// &
+                       to_text(100.0_wp*share)//' % of its forces. On sides that nothing holds &boundary sxx, syy, sxy of the '// &
+                       'first stage is to be the same, and syy_gradient is density times gravity; what is left moves the rock '// &
+                       'in the first stage')
+   end subroutine say_in_situ
 
    subroutine say_end(directory, model, state, progress, first_step, log)
       character(len=*), intent(in) :: directory

@@ -4,6 +4,8 @@
 !> closed form), and the stretch is elastic: T = 2 mu (U - I) + lambda tr(U - I) I is conjugate to U, the first
 !> Piola-Kirchhoff stress is P = R T and the nodal forces are -A P grad N. They derive from the energy
 !> A (mu |U - I|^2 + lambda/2 tr(U - I)^2), so a rigid rotation costs nothing and energy is kept.
+!> Rock under a stress S0 before any motion has A S0:E besides, E = (F^T F - I)/2 of Green: P = R T + F S0, which turns with the
+!> rock and is S0 where nothing has moved.
 !> Everything is built from displacements, not positions, so that small strains are not lost in cancellation.
 module solid_m
    use kinds_m, only: wp
@@ -27,10 +29,13 @@ module solid_m
       real(wp), allocatable :: density(:), young(:)
       !> Viscosity times area of the viscous damping (triangles) [Pa s m2]; not allocated without it
       real(wp), allocatable :: viscosity_area(:)
+      !> Stress S0 before any motion times area: sxx, syy, sxy, tension positive (3, triangles) [N/m per m of thickness], and the
+      !> energy stored by it (triangles) [J per m]; not allocated where there is none
+      real(wp), allocatable :: in_situ_area(:, :), in_situ_energy(:)
    end type solid_t
 
-   public :: init_solid, take_out, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, strain_energy, &
-             solid_stiffness_bound, solid_damping_bound, decompose
+   public :: init_solid, set_in_situ, take_out, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, &
+             in_situ_scale, strain_energy, solid_stiffness_bound, solid_damping_bound, decompose
 
 contains
 
@@ -68,6 +73,19 @@ contains
       solid%lambda_area = solid%area*young*poisson/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
    end subroutine init_solid
 
+   !> Stress that the triangles are under before any motion, and its energy.
+   pure subroutine set_in_situ(stress, solid)
+      !> sxx, syy, sxy, tension positive (3, triangles) [Pa]
+      real(wp), intent(in) :: stress(:, :)
+      type(solid_t), intent(inout) :: solid
+
+      solid%in_situ_area = stress*spread(solid%area, 1, 3)
+      associate (s => solid%in_situ_area, lambda => solid%lambda_area, mu => solid%mu_area)
+         solid%in_situ_energy = (s(1, :)**2 + s(2, :)**2 + 2.0_wp*s(3, :)**2 &
+                                 - lambda/(2.0_wp*(lambda + mu))*(s(1, :) + s(2, :))**2)/(4.0_wp*mu)
+      end associate
+   end subroutine set_in_situ
+
    !> Triangles that are taken out have neither mass nor stiffness any more.
    pure subroutine take_out(there, solid)
       !> Is the triangle there? (triangles)
@@ -79,6 +97,10 @@ contains
          solid%lambda_area = 0.0_wp
          solid%mu_area = 0.0_wp
       end where
+      if (allocated(solid%in_situ_area)) then
+         where (spread(.not. there, 1, 3)) solid%in_situ_area = 0.0_wp
+         where (.not. there) solid%in_situ_energy = 0.0_wp
+      end if
       if (allocated(solid%viscosity_area)) then
          where (.not. there) solid%viscosity_area = 0.0_wp
       end if
@@ -123,6 +145,7 @@ contains
                            solid%b2(first:last), solid%c2(first:last), solid%lambda_area(first:last), &
                            solid%mu_area(first:last), u, force)
       end do
+      if (allocated(solid%in_situ_area)) call in_situ_forces(solid, u, force)
    end subroutine solid_forces
 
    !> The same for a block of triangles. Shapes are explicit, so that the compiler knows how far nodes are apart.
@@ -165,6 +188,58 @@ contains
       end do
       call scatter(n, nodes, node, f1x, f1y, f2x, f2y, force)
    end subroutine strain_block
+
+   !> Add the part of the in-situ stress, P = F S0.
+   pure subroutine in_situ_forces(solid, u, force)
+      type(solid_t), intent(in) :: solid
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      !> Nodal force (2, nodes) [N per m of thickness]
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      real(wp), dimension(block_size) :: f1x, f1y, f2x, f2y
+      real(wp) :: p(2, 2)
+      integer :: first, m, k, e
+
+      do first = 1, size(solid%node, 2), block_size
+         m = min(block_size, size(solid%node, 2) - first + 1)
+         do k = 1, m
+            e = first + k - 1
+            p = in_situ_part(solid, e, displacement_gradient(solid, e, u))
+            f1x(k) = p(1, 1)*solid%b1(e) + p(1, 2)*solid%c1(e)
+            f1y(k) = p(2, 1)*solid%b1(e) + p(2, 2)*solid%c1(e)
+            f2x(k) = p(1, 1)*solid%b2(e) + p(1, 2)*solid%c2(e)
+            f2y(k) = p(2, 1)*solid%b2(e) + p(2, 2)*solid%c2(e)
+         end do
+         call scatter(m, size(u, 2), solid%node(:, first:first + m - 1), f1x, f1y, f2x, f2y, force)
+      end do
+   end subroutine in_situ_forces
+
+   !> Norm of the forces of the in-situ stress, corner by corner, before they balance each other [N per m of thickness].
+   pure real(wp) function in_situ_scale(solid) result(scale)
+      type(solid_t), intent(in) :: solid
+      integer :: e
+
+      scale = 0.0_wp
+      do e = 1, size(solid%area)
+         associate (s => solid%in_situ_area(:, e), b1 => solid%b1(e), b2 => solid%b2(e), c1 => solid%c1(e), c2 => solid%c2(e))
+            scale = scale + sum((s(1)*[b1, b2, b1 + b2] + s(3)*[c1, c2, c1 + c2])**2 &
+                                + (s(3)*[b1, b2, b1 + b2] + s(2)*[c1, c2, c1 + c2])**2)
+         end associate
+      end do
+      scale = sqrt(scale)
+   end function in_situ_scale
+
+   !> F S0 of one triangle, times its area.
+   pure function in_situ_part(solid, e, h) result(p)
+      type(solid_t), intent(in) :: solid
+      integer, intent(in) :: e
+      !> H = F - I
+      real(wp), intent(in) :: h(2, 2)
+      real(wp) :: p(2, 2), s(2, 2)
+
+      s = reshape(solid%in_situ_area([1, 3, 3, 2], e), [2, 2])
+      p = s + matmul(h, s)
+   end function in_situ_part
 
    !> Add the forces of the viscous damping, Cauchy stress eta D with D the rate of deformation.
    pure subroutine viscous_forces(solid, u, v, force)
@@ -289,7 +364,9 @@ contains
       f(1, 1) = f(1, 1) + 1.0_wp
       f(2, 2) = f(2, 2) + 1.0_wp
       det = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
-      sigma = matmul(matmul(rotation, t), transpose(f))/(det*solid%area(e))
+      t = matmul(rotation, t)
+      if (allocated(solid%in_situ_area)) t = t + in_situ_part(solid, e, h)
+      sigma = matmul(t, transpose(f))/(det*solid%area(e))
       stress = [sigma(1, 1), sigma(2, 2), 0.5_wp*(sigma(1, 2) + sigma(2, 1))]
    end function solid_stress
 
@@ -298,12 +375,19 @@ contains
       type(solid_t), intent(in) :: solid
       !> Displacement (2, nodes) [m]
       real(wp), intent(in) :: u(:, :)
-      real(wp) :: c, s, strain(3)
+      real(wp) :: c, s, strain(3), h(2, 2)
       integer :: e
 
       strain_energy = 0.0_wp
       do e = 1, size(solid%node, 2)
-         call rotation_and_strain(displacement_gradient(solid, e, u), c, s, strain)
+         h = displacement_gradient(solid, e, u)
+         if (allocated(solid%in_situ_area)) then
+            ! S0:E, E = (H + H^T + H^T H)/2
+            strain = [h(1, 1) + 0.5_wp*sum(h(:, 1)**2), h(2, 2) + 0.5_wp*sum(h(:, 2)**2), &
+                      h(1, 2) + h(2, 1) + dot_product(h(:, 1), h(:, 2))]
+            strain_energy = strain_energy + solid%in_situ_energy(e) + dot_product(solid%in_situ_area(:, e), strain)
+         end if
+         call rotation_and_strain(h, c, s, strain)
          strain_energy = strain_energy + solid%mu_area(e)*(strain(1)**2 + strain(2)**2 + 2.0_wp*strain(3)**2) &
                          + 0.5_wp*solid%lambda_area(e)*(strain(1) + strain(2))**2
       end do
@@ -320,9 +404,23 @@ contains
       do e = 1, size(solid%node, 2)
          associate (node => solid%node(:, e))
             bound(node) = bound(node) + largest_eigenvalue(solid, e, solid%lambda_area(e), solid%mu_area(e))
+            if (allocated(solid%in_situ_area)) bound(node) = bound(node) + stiffness_of_tension(solid, e)
          end associate
       end do
    end subroutine solid_stiffness_bound
+
+   !> What in-situ stress adds to the stiffness at most, as a string's tension does: the larger principal tension times the sum of
+   !> the squared gradients. Compression takes stiffness away.
+   pure real(wp) function stiffness_of_tension(solid, e) result(stiffness)
+      type(solid_t), intent(in) :: solid
+      integer, intent(in) :: e
+      real(wp) :: largest
+
+      associate (s => solid%in_situ_area(:, e), b1 => solid%b1(e), b2 => solid%b2(e), c1 => solid%c1(e), c2 => solid%c2(e))
+         largest = 0.5_wp*(s(1) + s(2)) + hypot(0.5_wp*(s(1) - s(2)), s(3))
+         stiffness = max(0.0_wp, largest)*(b1**2 + b2**2 + (b1 + b2)**2 + c1**2 + c2**2 + (c1 + c2)**2)
+      end associate
+   end function stiffness_of_tension
 
    !> The same for the matrix of the viscous damping: eta D is an elasticity with lambda = 0, mu = eta/2.
    pure subroutine solid_damping_bound(solid, bound)

@@ -2,7 +2,8 @@
 !>
 !> The energy of a triangle is A [mu (|F|^2 - 2 tr U + 2) + lambda/2 (tr U - 2)^2] with F = R U. With tr U = R:F,
 !> d(tr U) = R:dF and dR = W dtheta, dtheta = W:dF/tr U, W = dR/dtheta, its second derivative is
-!> A [2 mu I + lambda R x R + (lambda (tr U - 2) - 2 mu)/tr U W x W]: symmetric, and of rank three beyond the first term.
+!> A [2 mu I + lambda R x R + (lambda (tr U - 2) - 2 mu)/tr U W x W]: symmetric, and of rank three beyond the first term. In-situ
+!> stress adds grad N_i.S0 grad N_j to the diagonal of each pair of corners.
 module solid_tangent_m
    use kinds_m, only: wp
    use solid_m, only: solid_t, decompose
@@ -45,6 +46,11 @@ contains
       do j = 1, 3
          do i = 1, 3
             shear = 2.0_wp*solid%mu_area(e)*(b(i)*b(j) + c(i)*c(j))
+            if (allocated(solid%in_situ_area)) then
+               associate (s => solid%in_situ_area(:, e))
+                  shear = shear + s(1)*b(i)*b(j) + s(2)*c(i)*c(j) + s(3)*(b(i)*c(j) + c(i)*b(j))
+               end associate
+            end if
             stiffness(2*i - 1, 2*j - 1) = stiffness(2*i - 1, 2*j - 1) + shear
             stiffness(2*i, 2*j) = stiffness(2*i, 2*j) + shear
          end do

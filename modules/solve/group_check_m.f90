@@ -320,10 +320,13 @@ contains
          e = find_edge(edges, mesh%line(1, i), mesh%line(2, i))
          if (e == 0) cycle
          if (edges%triangles(e) > 2) cycle
+         if (edges%triangles(e) == 1) then
+            outer = outer + 1
+            cycle
+         end if
          ! The edge is free from when one side of it is gone until the other is
          ends = taken(edges%triangle(1, e))
-         starts = 0
-         if (edges%triangles(e) == 2) starts = taken(edges%triangle(2, e))
+         starts = taken(edges%triangle(2, e))
          if (max(first, min(starts, ends)) < min(max(starts, ends), size(deck%stage) + 1)) outer = outer + 1
       end do
    end subroutine count_lines
