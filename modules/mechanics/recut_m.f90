@@ -114,6 +114,8 @@ contains
          if (model%can_break) call join_bonds()
          model%breakable(breaks%edge) = 0
          where (.not. sound_edges(model%edges, there)) model%breakable = 0
+         ! Their numbers are those of the mesh before, until find_walls
+         model%touching = [integer ::]
          model%is_adaptive = any(model%breakable > 0)
          ! Nodes have other numbers now: which of them contact can push is found with the walls
          model%touching = [integer ::]
