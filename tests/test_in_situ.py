@@ -11,7 +11,8 @@ from femdem.places import module
 from femdem.results import History
 from test_excavation import EXPLICIT, LARGER, ROCK, SMALLER, Snapshot, across, make_mesh, principal, run
 
-NETWORK = Path(__file__).resolve().parent.parent / "input" / "network" / "two_sets.csv"
+INPUT = Path(__file__).resolve().parent.parent / "input"
+NETWORK, TUNNEL = INPUT / "network" / "two_sets.csv", INPUT / "tunnel"
 HELD = "&boundary group = 'outer', vx = 0, vy = 0 /\n"
 DIG = (
     "&stage name = 'rest', move_time = 0.02 /\n&stage name = 'top', move_time = 0.02, remove = 'heading' /\n"
@@ -208,3 +209,34 @@ def test_a_joint_too_weak_for_it(femdem, tmp_path):
     friction = history["joint.shear_stress_MPa"][0] / history["joint.normal_stress_MPa"][0]
     assert friction == pytest.approx(np.tan(np.radians(10)), rel=1e-6)
     assert np.abs(Snapshot(results).displacement).max() > 1e-6
+
+
+def test_the_shipped_tunnel(femdem, tmp_path):
+    """The example, on a coarse mesh: it starts in balance, comes to rest, and its wall is free of normal stress in the mean."""
+    command = [
+        sys.executable,
+        TUNNEL / "make_mesh.py",
+        "--out",
+        tmp_path / "tunnel.msh",
+        "--size",
+        "0.9",
+        "--p21",
+        "0.3",
+    ]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    deck = tmp_path / "tunnel.nml"
+    deck.write_text(
+        (TUNNEL / "tunnel.nml").read_text().replace("cycles = 10", "cycles = 3"), encoding="utf-8"
+    )
+    results = tmp_path / "out"
+    subprocess.run([femdem, "--quiet", "--output", results, deck], check=True, timeout=300)
+    before, after = Snapshot(results, 0), Snapshot(results)
+    assert np.abs(before.displacement).max() < 1e-9
+    assert after.removed > 0
+    assert after.joint_removed.any()
+    near = np.argsort(np.hypot(*(after.centre - 15.0).T))[:30]
+    radial = after.centre[near] - 15.0
+    radial /= np.hypot(*radial.T)[:, None]
+    xx, yy, xy = after.stress[near].T
+    normal = xx * radial[:, 0] ** 2 + yy * radial[:, 1] ** 2 + 2 * xy * radial[:, 0] * radial[:, 1]
+    assert abs(normal.mean()) < 0.2 * 7.5e6
