@@ -4,8 +4,9 @@ module coulomb_law_m
    use kinds_m, only: wp
    use bounds_m, only: most_stress, least_stiffness, most_stiffness
    use constants_m, only: radians, megapascal, is_set
-   use jcm_m, only: jcm_edge_t, jcm_scale, residual_shear_stiffness
-   use jcm_m, only: hyperbola => closure, hyperbola_stress => closure_stress, hyperbola_stiffness => normal_stiffness
+   use jcm_scale_m, only: jcm_edge_t, jcm_scale
+   use jcm_strength_m, only: residual_shear_stiffness
+   use jcm_closure_m, only: hyperbola => closure, hyperbola_stress => closure_stress, hyperbola_stiffness => normal_stiffness
    use jcm_law_m, only: jcm_variables, jcm_parameters_of, has_roughness, check_initial_aperture
    use joint_law_m, only: joint_law_t, law_result_t
    use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t

@@ -3,10 +3,13 @@ module jcm_law_m
    use kinds_m, only: wp
    use bounds_m, only: least_wall, most_wall, least_sample, most_sample, least_angle, least_aperture, most_aperture
    use constants_m, only: is_set
-   use jcm_m, only: jcm_parameters_t, jcm_edge_t, jcm_option, jcm_scale, jcm_update, jcm_tangent, jcm_dilation, jcm_retrace
+   use jcm_scale_m, only: jcm_parameters_t, jcm_edge_t, jcm_option, jcm_scale
+   use jcm_dilation_m, only: jcm_dilation
+   use jcm_m, only: jcm_update, jcm_tangent, jcm_retrace
    use jcm_closure_m, only: path_stress, path_closure, path_stiffness, last_cycle
-   use jcm_m, only: elastic_shear_stiffness, closure_hysteresis, mobilised_ratio, peak_displacement
-   use jcm_m, only: hyperbola => closure, hyperbola_stress => closure_stress, hyperbola_stiffness => normal_stiffness
+   use jcm_scale_m, only: closure_hysteresis, peak_displacement
+   use jcm_strength_m, only: elastic_shear_stiffness, mobilised_ratio
+   use jcm_closure_m, only: hyperbola => closure, hyperbola_stress => closure_stress, hyperbola_stiffness => normal_stiffness
    use joint_law_m, only: joint_law_t, law_result_t, guard_t
    use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t, joint_dilation_t
    use law_variable_m, only: law_variable_t, law_settings_t, complaints_t, a_real, a_choice

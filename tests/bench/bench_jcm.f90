@@ -3,7 +3,9 @@
 program bench_jcm
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds_m, only: wp
-   use jcm_m, only: jcm_parameters_t, jcm_edge_t, joint_point_t, jcm_scale, jcm_update, post_peak_eq16
+   use joint_point_m, only: joint_point_t
+   use jcm_scale_m, only: jcm_parameters_t, jcm_edge_t, jcm_scale, post_peak_eq16
+   use jcm_m, only: jcm_update
    implicit none
 
    integer, parameter :: joints = 1000, rounds = 2000
