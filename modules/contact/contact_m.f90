@@ -11,6 +11,7 @@ module contact_m
    use nbs_m, only: find_box_pairs
    use friction_m, only: slide, velocity_friction, friction_slider, friction_velocity
    use potential_m, only: push_t, push_target, pair_penalty, twice_area
+   use impact_m, only: impacts_t
    use surfaces_m, only: surfaces_can_meet, groups_at_triangles, groups_t
    implicit none
    private
@@ -25,6 +26,8 @@ module contact_m
       integer :: friction = friction_slider
       !> Look where no two surfaces can meet too, and before anything has moved half the skin (checks: the same forces)
       logical :: everywhere = .false., every_time = .false.
+      !> Is contact that begins or ends within a step to be noted (impacts of the state; for the explicit solver)?
+      logical :: impacts = .false.
    end type contact_options_t
 
    !> What one call of forces did to the energies
@@ -69,6 +72,8 @@ module contact_m
       !> the rock that owns the edge along the edge's direction (surface edges) [N/m]
       real(wp), allocatable, public :: normal(:), shear(:)
       type(contact_springs_t), public :: springs
+      !> Contact that has begun or ended
+      type(impacts_t), public :: impacts
       !> Displacement of the objects' nodes at the last search (2, layer nodes) [m]
       real(wp), allocatable :: searched(:, :)
       !> Objects near each other (2, pairs), their penalty [Pa], and the objects that occur in a pair
@@ -183,6 +188,7 @@ contains
       end associate
       allocate (now%pair(2, 0), now%near(0), now%pair_penalty(0))
       allocate (now%touch(first_touches))
+      if (self%options%impacts) call now%impacts%start(size(self%penalty))
    end subroutine start
 
    !> Triangles with a node on a surface.
@@ -387,11 +393,16 @@ contains
       real(wp), intent(inout), contiguous :: normal_force(:, :), friction_force(:, :)
       type(contact_energy_t), intent(out) :: energy
 
-      if (size(now%pair, 2) == 0 .and. .not. now%loaded) return
+      if (size(now%pair, 2) == 0 .and. .not. now%loaded) then
+         call now%impacts%forget()
+         return
+      end if
       now%normal = 0.0_wp
       now%shear = 0.0_wp
       call place_objects(self, split, displacement, now)
+      if (self%options%impacts) call now%impacts%begin()
       call push_pairs(self, split, displacement, now, normal_force, energy%overlap)
+      if (self%options%impacts) call now%impacts%compare(split%x, displacement, now%springs%before, self%place)
       call rub(self, displacement, velocity, friction, now, friction_force, energy%dissipated)
       energy%spring = now%springs%spring_energy
       now%loaded = now%touches > 0
@@ -480,6 +491,9 @@ contains
                end associate
             end do
             call list_touches(self, target, contactor, now%pair_penalty(i), push, now)
+            if (self%options%impacts) &
+               call now%impacts%note(target, contactor, self%node(:, target), self%node(:, contactor), push%target_force, &
+                                     push%contactor_force, push%energy)
          end do
       end do
    end subroutine push_pairs

@@ -271,6 +271,7 @@ contains
          options%tangential_factor = settings%tangential_factor
          options%everywhere = .not. model%deck%plan%skip_contact
          options%every_time = .not. model%deck%plan%skip_search
+         options%impacts = model%solver == solver_explicit
          options%friction = merge(friction_velocity, friction_slider, settings%friction == 'velocity')
          allocate (penalty(size(model%split%triangle, 2)))
          do e = 1, size(penalty)

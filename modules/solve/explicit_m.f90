@@ -90,7 +90,7 @@ contains
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
-      real(wp) :: rest_time
+      real(wp) :: rest_time, motion
       logical :: searched, goes_on
 
       associate (settings => model%deck%stage(stage))
@@ -114,8 +114,9 @@ contains
          call find_forces(model, real(cycle, wp)/real(settings%cycles, wp), state, searched)
          if (model%can_break) call follow_bonds(model%bonds, model%split%x, state%u, state%bonds)
          ! The velocities catch up: all energies are then those of one time
-         if (march%lag > 0.0_wp) call move(model, merge(1.0_wp, 0.0_wp, march%moving .and. settings%profile == 'constant'), &
-                                           march%lag, 0.0_wp, state)
+         motion = merge(1.0_wp, 0.0_wp, march%moving .and. settings%profile == 'constant')
+         call settle_impacts(model, motion, march, state)
+         if (march%lag > 0.0_wp) call move(model, motion, march%lag, 0.0_wp, state)
       end associate
       state%energy%kinetic = kinetic_energy(state%mass, state%v)
       call find_energies(model, state)
@@ -156,6 +157,7 @@ contains
                call profile(model, stage, march%moving, fraction, 0.5_wp*march%dt/march%duration, part, motion)
             end if
             call now_doing(work_motion)
+            call settle_impacts(model, motion, march, state)
             call move(model, motion, march%lag + 0.5_wp*march%dt, march%dt, state)
             call now_doing(work_other)
             march%lag = 0.5_wp*march%dt
@@ -219,6 +221,23 @@ contains
       end subroutine fit_step
 
    end subroutine step_on
+
+   !> Let the velocities catch up with the displacements where contact gave to the motion what it did not have (or did not give
+   !> what it had), and mend that.
+   subroutine settle_impacts(model, motion, march, state)
+      type(model_t), intent(in) :: model
+      !> Factor of prescribed velocities
+      real(wp), intent(in) :: motion
+      type(march_t), intent(inout) :: march
+      type(state_t), intent(inout) :: state
+
+      if (.not. model%has_contact .or. march%lag <= 0.0_wp) return
+      if (.not. state%contact%impacts%any_wrong()) return
+      call move(model, motion, march%lag, 0.0_wp, state)
+      call state%contact%impacts%settle(state%mass, model%loads%fixed, 2.0_wp*march%lag, state%v, state%energy%contact, &
+                                        state%energy%external)
+      march%lag = 0.0_wp
+   end subroutine settle_impacts
 
    !> Move the nodes, with the work of the forces that new cracks let go of.
    subroutine move(model, motion, kick, drift, state)

@@ -26,8 +26,8 @@ def check(results):
 
     # A softer contact: less is missing, a warning when it happens and one at the end
     body = "group = '{}', density = 2700, young = 1e8, poisson = 0.25, penalty_factor = {}"
-    softer = [(body.format(name, 300), body.format(name, 100)) for name in ("left", "right")]
-    soft = changed_deck(folder, "impact.nml", "soft.nml", ("step = 1.5e-5", "step = 1.1e-5"), *softer)
+    softer = [(body.format(name, 500), body.format(name, 100)) for name in ("left", "right")]
+    soft = changed_deck(folder, "impact.nml", "soft.nml", ("step = 1.6e-5", "step = 1.3e-5"), *softer)
     said = (run_deck(folder, soft, "soft") / "run.log").read_text(encoding="utf-8")
     assert said.count("warning: the energy account is off by ") == 1
     assert said.count("warning: the energy account was off by ") == 1
