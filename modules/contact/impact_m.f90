@@ -1,7 +1,8 @@
 !> Impacts in explicit steps. Over the way du from one displacement to the next an overlap does the work d.du, d = (f + f')/2
-!> with its forces at either end; what it stores changes from E to E'. The two agree while its energy is quadratic in the way, but not
-!> when two triangles meet or part somewhere on it: an impact then gives or takes energy of the order of (omega dt)^2/4 of its
-!> own, and what many nodes of a face do at once adds up. So the push d over the step is made shorter (or longer) by a time j
+!> with its forces at either end; what it stores changes from E to E'. The two agree while its energy is quadratic in the way,
+!> but not when two triangles meet or part somewhere on it: an impact then gives or takes energy of the order of
+!> (omega dt)^2/4 of its own, and what many nodes of a face do at once adds up. So the push d over the step is made shorter
+!> (or longer) by a time j
 !>
 !>     j d.v - j^2/2 sum(d^2/m) = e,     e = d.du + E' - E
 !>
