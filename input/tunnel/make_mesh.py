@@ -16,7 +16,9 @@ from femdem.network import make_mesh, make_traces
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     arguments.add_argument("--out", type=Path, default=Path("tunnel.msh"))
     arguments.add_argument("--seed", type=int, default=5, help="of the fractures")
     arguments.add_argument("--radius", type=float, default=2.5, help="of the tunnel")
@@ -28,7 +30,16 @@ def main():
 
     traces, outline = chosen.out.with_name("traces.csv"), chosen.out.with_name("outline.csv")
     make_traces.main(
-        ["--seed", str(chosen.seed), "--out", str(traces), "--side", str(chosen.side), "--p21", str(chosen.p21)]
+        [
+            "--seed",
+            str(chosen.seed),
+            "--out",
+            str(traces),
+            "--side",
+            str(chosen.side),
+            "--p21",
+            str(chosen.p21),
+        ]
         + ["--strikes", "30", "110", "--shortest", "4", "--longest", "20"]
     )
     middle = 0.5 * chosen.side
