@@ -29,19 +29,9 @@ def main():
     chosen = arguments.parse_args()
 
     traces, outline = chosen.out.with_name("traces.csv"), chosen.out.with_name("outline.csv")
-    make_traces.main(
-        [
-            "--seed",
-            str(chosen.seed),
-            "--out",
-            str(traces),
-            "--side",
-            str(chosen.side),
-            "--p21",
-            str(chosen.p21),
-        ]
-        + ["--strikes", "30", "110", "--shortest", "4", "--longest", "20"]
-    )
+    of_side = ["--seed", str(chosen.seed), "--side", str(chosen.side), "--p21", str(chosen.p21)]
+    sets = ["--strikes", "30", "110", "--shortest", "4", "--longest", "20"]
+    make_traces.main([*of_side, *sets, "--out", str(traces)])
     middle = 0.5 * chosen.side
     with outline.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
