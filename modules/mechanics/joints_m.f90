@@ -13,7 +13,8 @@ module joints_m
    use jcm_m, only: aperture
    use riding_m, only: ride_t, ride, closure_pressure
    use solid_m, only: solid_t, solid_stress
-   use wall_contact_m, only: wall_contact_t, wall_meeting_t, points_of_joints, wall_slip_rate
+   use wall_layout_m, only: wall_contact_t
+   use wall_contact_m, only: wall_meeting_t, points_of_joints, wall_slip_rate
    implicit none
    private
 

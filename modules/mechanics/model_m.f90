@@ -17,8 +17,10 @@ module model_m
    use solid_m, only: solid_t, lumped_mass, solid_stiffness_bound, solid_damping_bound
    use joints_m, only: joints_t
    use bonds_m, only: bonds_t
-   use wall_contact_m, only: wall_contact_t, init_wall_contact, init_meeting, surfaces_walked, walls_touching, lets_go
-   use corners_m, only: corners_t, init_corners, init_choices
+   use wall_layout_m, only: wall_contact_t, init_wall_contact, surfaces_walked, walls_touching
+   use wall_contact_m, only: init_meeting, lets_go
+   use crossings_m, only: corners_t, init_corners
+   use corners_m, only: init_choices
    use contact_m, only: contact_t, contact_options_t
    use friction_m, only: friction_slider, friction_velocity
    use pore_pressure_m, only: add_pore_pressure

@@ -16,8 +16,10 @@ module recut_m
    use law_list_m, only: scaled_law
    use joint_point_m, only: joint_point_t
    use joints_m, only: joints_t, init_joints, add_joints
-   use wall_contact_m, only: wall_contact_t, wall_meeting_t, init_meeting
-   use corners_m, only: corners_t, corner_choices_t, keep_choices
+   use wall_layout_m, only: wall_contact_t
+   use wall_contact_m, only: wall_meeting_t, init_meeting
+   use crossings_m, only: corners_t
+   use corners_m, only: corner_choices_t, keep_choices
    use contact_m, only: contact_t, contact_state_t
    use solid_m, only: solid_stress, strain_energy, take_out
    use loads_m, only: init_loads

@@ -6,8 +6,10 @@
 module sparse_system_m
    use kinds_m, only: wp
    use rows_m, only: fill_rows
-   use wall_contact_m, only: wall_contact_t, wall_meeting_t, points_of_joints
-   use corners_m, only: corners_t, corner_nodes
+   use wall_layout_m, only: wall_contact_t
+   use wall_contact_m, only: wall_meeting_t, points_of_joints
+   use crossings_m, only: corners_t
+   use corners_m, only: corner_nodes
    use joints_m, only: joints_t
    implicit none
    private
