@@ -24,6 +24,7 @@ class Grid:
     def __init__(self, width, height, columns, rows, rock=True):
         self.size = np.array([width, height])
         self.cells = np.array([columns, rows])
+        self.columns, self.rows = np.linspace(0, width, columns + 1), np.linspace(0, height, rows + 1)
         self.rock = rock
         self.zone = {}  # name: function of the middle of a cell, true in the zone
         self.lines = []  # group and nodes
@@ -40,12 +41,17 @@ class Grid:
         """Number of a grid node"""
         return int(j * (self.cells[0] + 1) + i)
 
+    def place(self, columns, rows):
+        """Put columns and rows of nodes elsewhere: closer in some parts than in others."""
+        self.columns, self.rows = np.asarray(columns, dtype=float), np.asarray(rows, dtype=float)
+        self.size = np.array([self.columns[-1], self.rows[-1]])
+
     def at(self, place):
         """Column and row of a place"""
-        found = np.asarray(place) / self.size * self.cells
-        whole = np.rint(found).astype(int)
-        assert np.allclose(found, whole), f"{place} is no node of the grid"
-        return whole
+        found = [np.argmin(abs(lines - x)) for lines, x in zip((self.columns, self.rows), place, strict=True)]
+        there = np.array([self.columns[found[0]], self.rows[found[1]]])
+        assert np.allclose(there, place, atol=1e-9 * self.size.max()), f"{place} is no node of the grid"
+        return np.array(found)
 
     def fracture(self, group, start, end):
         """Lines from place to place, along the grid"""
@@ -63,7 +69,7 @@ class Grid:
     def write(self, path, angle=0.0, shift=(0.0, 0.0)):
         """Write the mesh (gmsh 2.2), turned by an angle [degrees] about the origin and moved."""
         columns, rows = self.cells
-        x, y = np.meshgrid(np.linspace(0, self.size[0], columns + 1), np.linspace(0, self.size[1], rows + 1))
+        x, y = np.meshgrid(self.columns, self.rows)
         turn = np.radians(angle)
         u = np.cos(turn) * x - np.sin(turn) * y + shift[0]
         v = np.sin(turn) * x + np.cos(turn) * y + shift[1]
@@ -78,7 +84,10 @@ class Grid:
             elements.append((LINE, tag(1, name), (a, b)))
         for j in range(rows if self.rock else 0):
             for i in range(columns):
-                middle = (np.array([i, j]) + 0.5) / self.cells * self.size
+                middle = (
+                    0.5 * (self.columns[i] + self.columns[i + 1]),
+                    0.5 * (self.rows[j] + self.rows[j + 1]),
+                )
                 zone = next((name for name, inside in self.zone.items() if inside(*middle)), "rock")
                 a, b, c, d = (
                     self.node(i, j),

@@ -152,9 +152,10 @@ def test_crack_under_pressure(femdem, tmp_path):
         ),
         (FILLED.format("left", 1e6).replace("'fill'", "'fil'"), "there is no such stage"),
         (
-            FILLED.format("left", 1e6) + "&cohesive group = 'all', tensile_strength = 7e6, cohesion = 15e6,"
-            " friction_angle = 26.6, g_i = 100, g_ii = 500 /\n",
-            "does not go with &cohesive",
+            (FILLED.format("left", 1e6) + STAGE.format("out")).replace(
+                "equilibrium", "remove = 'rock', equilibrium"
+            ),
+            "does not go with remove of &stage",
         ),
     ],
 )

@@ -24,6 +24,8 @@ module cohesive_group_m
       integer :: line = 0
       !> Physical surface of the mesh, or 'all'
       character(len=name_length) :: group = ''
+      !> Physical curve that cracks keep to; empty: anywhere in the group
+      character(len=name_length) :: curve = ''
       !> When edges become cohesive joints: never, where the stress asks for it, or all of them from the start, in this
       !> surface ('regions') or wherever rock is ('everywhere')
       character(len=option_length) :: insertion = 'adaptive'
@@ -71,6 +73,7 @@ contains
       type(cohesive_group_t), intent(inout) :: cohesive
 
       call variables%keep('group', cohesive%group)
+      call variables%keep('curve', cohesive%curve)
       call variables%keep('insertion', cohesive%insertion)
       call variables%keep('tensile_strength', cohesive%tensile_strength)
       call variables%keep('cohesion', cohesive%cohesion)

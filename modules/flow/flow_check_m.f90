@@ -86,8 +86,6 @@ contains
          call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'needs solver = ''implicit'' of &run')
       if (size(deck%flow_boundary) == 0 .and. deck%transient%line == 0) &
          call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'needs a &flow_boundary that gives the pressure')
-      if (size(deck%cohesive) > 0) &
-      call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'does not go with &cohesive: cracks that grow are for ''one-way''')
       if (any(deck%stage%remove /= '')) &
          call errors%add(at(deck, deck%flow%line, 'flow')//two_way//'does not go with remove of &stage: that is for ''one-way''')
       if (size(deck%pore_pressure) > 0) &

@@ -8,7 +8,8 @@ module build_m
    use deck_m, only: deck_t
    use joint_group_m, only: joint_t
    use cohesive_group_m, only: all_rock
-   use mesh_m, only: mesh_t, find_group, surface_first, place_text
+   use edges_m, only: find_edge
+   use mesh_m, only: mesh_t, find_group, surface_first, place_text, a_curve
    use split_m, only: fracture_cuts, split_edges
    use topology_m, only: scan_topology
    use solid_m, only: solid_t, init_solid, set_in_situ, set_viscosity
@@ -303,12 +304,21 @@ contains
       !> Index of the &cohesive group (edges); 0: cannot break
       integer, allocatable, intent(out) :: breakable(:)
       integer, allocatable, intent(out) :: at_start(:)
-      logical, allocatable :: chosen_at_start(:)
-      integer :: e, k, of(2), chosen
+      logical, allocatable :: chosen_at_start(:), on_curve(:, :)
+      integer :: e, i, k, of(2), chosen, curve
       character(len=:), allocatable :: insertion
 
       allocate (breakable(size(model%edges%triangles)), source=0)
       allocate (chosen_at_start(size(breakable)), source=.false.)
+      allocate (on_curve(size(breakable), size(model%deck%cohesive)), source=.false.)
+      do k = 1, size(model%deck%cohesive)
+         curve = find_group(model%whole%group, model%deck%cohesive(k)%curve, a_curve)
+         do i = 1, size(model%whole%line_group)
+            if (curve == 0 .or. model%whole%line_group(i) /= curve) cycle
+            e = find_edge(model%edges, model%whole%line(1, i), model%whole%line(2, i))
+            if (e > 0) on_curve(e, k) = .true.
+         end do
+      end do
       do e = 1, size(breakable)
          if (size(model%deck%cohesive) == 0) exit
          if (model%edges%triangles(e) /= 2) cycle
@@ -327,6 +337,9 @@ contains
          end if
          insertion = trim(model%deck%cohesive(chosen)%insertion)
          if (insertion == 'none') cycle
+         if (model%deck%cohesive(chosen)%curve /= '') then
+            if (.not. on_curve(e, chosen)) cycle
+         end if
          breakable(e) = chosen
          chosen_at_start(e) = insertion /= 'adaptive'
       end do

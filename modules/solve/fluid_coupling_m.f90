@@ -48,8 +48,15 @@ module fluid_coupling_m
       !> (2, nodes) [m]
       integer :: pass = 0
       real(wp), allocatable :: pressure(:), move(:, :)
+      !> Rock that may break: last pressures that were too low and too high for what they open (nodes of the mesh as read) [Pa]; not
+      !> allocated: none yet
+      real(wp), allocatable :: low(:), high(:)
    end type fluid_coupling_t
 
+   !> Rock that may break: passes after which pressures are sought between one too low and one too high, and the difference of these
+   !> over the higher one at which none in between agrees [-]
+   integer, parameter :: steady_passes = 8
+   real(wp), parameter :: jump = 2.0e-3_wp
    !> A remainder of a cycle that is rounding of its parts [-]
    real(wp), parameter :: rounding = 1.0e-9_wp
    !> Shortest step over the first one of the deck [-]
@@ -154,6 +161,8 @@ contains
       self%start = state
       self%pass = 0
       if (allocated(self%move)) deallocate (self%move)
+      if (allocated(self%low)) deallocate (self%low)
+      if (allocated(self%high)) deallocate (self%high)
       call self%past%forget(size(self%pressure))
       call set_push(self, model, cycle)
       state%load_level = unset
@@ -195,6 +204,18 @@ contains
          call end_step(self, model, stage, cycle, state, errors)
          return
       end if
+      if (model%can_break) then
+         ! One that was too high may not be so any more, where there is more than one rest
+         if (sum(miss) > 0.0_wp .and. is_jump(self)) deallocate (self%high)
+         if (sum(miss) > 0.0_wp) self%low = self%pressure
+         if (sum(miss) < 0.0_wp) self%high = self%pressure
+         if (is_jump(self) .and. sum(miss) < 0.0_wp) then
+            ! No pressure agrees: rock softens by itself there, and goes on from where it has
+            call find_breaks(model, state, breaks)
+            breaks%filled = .true.
+            return
+         end if
+      end if
       if (self%pass == model%deck%flow%max_passes) then
          call errors%add('stage '//quoted(model%deck%stage(stage)%name)//', cycle '//to_text(cycle)// &
                          ': pressure of the fluid and apertures do not agree after '//to_text(self%pass)// &
@@ -202,10 +223,16 @@ contains
                          ' % of its largest change. Try more cycles, or a larger max_passes of &flow')
          return
       end if
-      allocate (step(size(miss)))
-      call self%past%next_step(miss, step)
-      call self%past%took(step)
-      self%pressure = self%pressure + step
+      if (is_jump(self)) then
+         self%pressure = self%high
+      else if (self%pass > steady_passes .and. allocated(self%low) .and. allocated(self%high)) then
+         self%pressure = 0.5_wp*(self%low + self%high)
+      else
+         allocate (step(size(miss)))
+         call self%past%next_step(miss, step)
+         call self%past%took(step)
+         self%pressure = self%pressure + step
+      end if
       self%move = state%u - self%start%u
       call set_push(self, model, cycle)
       state = self%start
@@ -214,6 +241,14 @@ contains
       state%guess%move = self%move
       state%guess%move_part = self%part(2) - self%part(1)
    end subroutine end_pass
+
+   !> Is there next to nothing between a pressure that is too low and one that is too high?
+   pure logical function is_jump(self)
+      type(fluid_coupling_t), intent(in) :: self
+
+      is_jump = self%pass > steady_passes .and. allocated(self%low) .and. allocated(self%high)
+      if (is_jump) is_jump = maxval(abs(self%high - self%low)) <= jump*maxval(abs(self%high))
+   end function is_jump
 
    !> A step is over: it is done again if it was too long, else the next one starts, or the cycle is over.
    subroutine end_step(self, model, stage, cycle, state, errors)

@@ -31,9 +31,9 @@ module fluid_storage_m
       private
       !> Storage of the rock at constant strain (triangles) [1/Pa]
       real(wp), allocatable :: specific(:)
-      !> Of the rock: lambda + mu and mu (triangles) [Pa]; stiffness against the walls of the longest fracture there could be [Pa/m]
+      !> Of the rock: lambda + mu and mu (triangles) [Pa]; least Young's modulus [Pa] and extent [m]
       real(wp), allocatable :: bulk(:), shear(:)
-      real(wp) :: least_stiffness = 0.0_wp
+      real(wp) :: young = 0.0_wp, extent = 0.0_wp
       !> At the start of the step: growth of the rock (triangles) [m2], fluid in the joints (joints) [m], pressure (nodes) [Pa]
       real(wp), allocatable :: growth(:), content(:), pressure(:)
    end type fluid_storage_t
@@ -50,7 +50,8 @@ contains
       storage%specific = rock_storage(model, mesh)
       storage%bulk = (solid%lambda_area + solid%mu_area)/solid%area
       storage%shear = solid%mu_area/solid%area
-      storage%least_stiffness = minval(solid%young)/maxval(maxval(mesh%x, dim=2) - minval(mesh%x, dim=2))
+      storage%young = minval(solid%young)
+      storage%extent = maxval(maxval(mesh%x, dim=2) - minval(mesh%x, dim=2))
    end subroutine start_storage
 
    !> Remember what there is at the start of a step.
@@ -129,7 +130,7 @@ contains
       real(wp), intent(in) :: pressure(:)
       !> (nodes of the mesh as read) [m2]
       real(wp), allocatable, intent(out) :: taken(:)
-      real(wp) :: growth(size(storage%specific)), half, area, held, change(size(pressure)), walls
+      real(wp) :: growth(size(storage%specific)), half, area, held, change(size(pressure)), walls, open_length, least_stiffness
       integer :: i
 
       growth = rock_growth(split, state%u) - storage%growth
@@ -137,11 +138,17 @@ contains
       allocate (taken(size(pressure)), source=0.0_wp)
       associate (conductors => model%conductors)
          conductors%storage = 0.0_wp*pressure
+         ! The rock around a crack is as stiff against it as the crack is short
+         open_length = 0.0_wp
+         do i = 1, size(conductors%line, 2)
+            if (max(model%mechanical(i), storage%content(i)) > 0.0_wp) open_length = open_length + line_length(conductors, i)
+         end do
+         least_stiffness = storage%young/min(open_length, storage%extent)
          do i = 1, size(conductors%line, 2)
             associate (node => conductors%line(:, i), wide => model%mechanical(i))
                if (.not. max(wide, storage%content(i)) > 0.0_wp) cycle
                half = 0.5_wp*line_length(conductors, i)
-               walls = max(storage%least_stiffness, state%tractions%contact_stiffness(i)*megapascal_per_millimetre)
+               walls = max(least_stiffness, state%tractions%contact_stiffness(i)*megapascal_per_millimetre)
                taken(node) = taken(node) + half*(wide - storage%content(i) &
                                                  + wide*model%deck%fluid%compressibility*change(node))
                conductors%storage(node) = conductors%storage(node) &

@@ -40,6 +40,8 @@ contains
          call require_elements(deck, mesh, '&joint', deck%joint(i)%line, deck%joint(i)%group, [a_curve], errors)
       end do
       do i = 1, size(deck%cohesive)
+         if (deck%cohesive(i)%curve /= '') &
+            call require_elements(deck, mesh, '&cohesive', deck%cohesive(i)%line, deck%cohesive(i)%curve, [a_curve], errors)
          if (deck%cohesive(i)%group == all_rock) cycle
          call require_elements(deck, mesh, '&cohesive', deck%cohesive(i)%line, deck%cohesive(i)%group, [a_surface], errors)
       end do
@@ -217,7 +219,8 @@ contains
       integer :: i, lines, outer
 
       do i = 1, size(mesh%group)
-         if (mesh%group(i)%dimension /= a_curve .or. any(deck%joint%group == mesh%group(i)%name)) cycle
+         if (mesh%group(i)%dimension /= a_curve .or. any(deck%joint%group == mesh%group(i)%name) .or. &
+             any(deck%cohesive%curve == mesh%group(i)%name)) cycle
          call count_lines(deck, mesh, edges, taken, every_stage, mesh%group(i)%name, lines, outer)
          if (outer == lines) cycle
          call warnings%add(deck%path//': '//to_text(lines - outer)//' of the '//to_text(lines)//' edges of the physical curve '// &
