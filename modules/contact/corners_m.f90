@@ -47,7 +47,7 @@ module corners_m
    !> Depth that counts, over the largest slip at a crossing and over the reach
    real(wp), parameter :: slip_passed = 5.0e-3_wp, reach_passed = 1.0e-3_wp
    !> Part that b0 falls to at a time
-   real(wp), parameter :: press_back = 0.25_wp
+   real(wp), parameter, public :: press_back = 0.25_wp
    !> Times in an increment
    integer, parameter, public :: most_pressed = 6
 

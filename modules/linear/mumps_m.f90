@@ -26,6 +26,8 @@ module mumps_m
       procedure :: analyse
       procedure :: factor
       procedure :: solve
+      procedure :: matrix
+      procedure :: memory
       procedure :: message
       procedure :: free => free_factors
    end type sparse_lu_t
@@ -44,6 +46,8 @@ module mumps_m
    integer, parameter :: errors_memory(*) = [-5, -7, error_integer_room, error_room, -11, -13, -14, -15, -17, -19, -20]
    !> Place of the memory that a factorisation is thought to take, among MUMPS' results
    integer, parameter :: memory_planned = 16
+   !> Place of the memory that the last factorisation took at the most [MB], likewise
+   integer, parameter :: memory_used = 22
    integer, parameter :: largest_margin_percent = 1000
 
    interface
@@ -137,6 +141,22 @@ contains
       status = outcome(self)
       if (status == linear_ok) x = self%id%rhs
    end subroutine solve
+
+   !> The matrix that was factored last (entries); of size zero when there is none.
+   pure function matrix(self)
+      class(sparse_lu_t), intent(in) :: self
+      real(wp), allocatable :: matrix(:)
+
+      allocate (matrix(0))
+      if (self%started) matrix = self%id%a
+   end function matrix
+
+   !> Memory that the last factorisation took at the most [MB].
+   pure integer function memory(self)
+      class(sparse_lu_t), intent(in) :: self
+
+      memory = self%id%infog(memory_used)
+   end function memory
 
    !> Why the last job failed, for messages.
    function message(self)

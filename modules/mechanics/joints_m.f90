@@ -11,8 +11,9 @@ module joints_m
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joint_law_m, only: law_item_t
    use jcm_m, only: aperture
-   use riding_m, only: ride_t, ride, closure_pressure
+   use riding_m, only: ride_t, ride, closure_pressure, closure_under, pressure_stiffness
    use solid_m, only: solid_t, solid_stress
+   use closure_tangents_m, only: closure_tangents_t
    use wall_layout_m, only: wall_contact_t
    use wall_contact_m, only: wall_meeting_t, points_of_joints, wall_slip_rate
    implicit none
@@ -59,6 +60,8 @@ module joints_m
       !> part of what is covered of the joint's walls [mm], at the integration points
       type(ride_t), allocatable :: ride(:)
       real(wp), allocatable :: by_overlap(:), by_weight(:)
+      !> Newton's method far from rest: closure by tangents
+      type(closure_tangents_t) :: tangents
    end type tractions_t
 
    public :: init_joints, init_tractions, add_joints, couple_walls, couple_potential, joint_stiffness, have_stiffened, &
@@ -142,6 +145,7 @@ contains
       real(wp) :: slip_rate, force
 
       call make_room(met, tractions)
+      if (tractions%tangents%on) call tractions%tangents%carry(met)
       call points_of_joints(met, first)
       ! All pressures by the joints as they were at the start of the step: walls may face another joint's
       do i = 1, size(frame)
@@ -215,6 +219,12 @@ contains
       weighed = 0.0_wp
       do k = first, last
          overlap = wall_overlap(joints, met, tractions, j, k)
+         if (tractions%tangents%on .and. .not. joints%coupled(j)) then
+            call press_on_tangent(joints, met, point, j, k, overlap, tractions%tangents%touch(k), stress, tractions%by_closure(k))
+            tractions%pressure(k) = stress*megapascal
+            force = force + stress*met%weight(k)
+            cycle
+         end if
          call press_softer(joints, met, point, j, k, overlap, softer, stress)
          tractions%pressure(k) = stress*megapascal
          force = force + stress*met%weight(k)
@@ -272,6 +282,49 @@ contains
          stress = faced
       end associate
    end subroutine press_softer
+
+   !> Contact pressure at an integration point by a tangent of the closure curve (closure_tangents_m). Of two joints that face each
+   !> other the softer one holds, which at a pressure is the one that has closed more.
+   pure subroutine press_on_tangent(joints, met, point, j, k, overlap, touch, stress, stiffness)
+      type(joints_t), intent(in) :: joints
+      type(wall_meeting_t), intent(in) :: met
+      !> Joints at the start of the step (joints)
+      type(joint_point_t), contiguous, intent(in) :: point(:)
+      !> Joint of the wall, integration point
+      integer, intent(in) :: j, k
+      !> [mm]
+      real(wp), intent(in) :: overlap
+      !> Pressure at which the tangent touches: that of the iteration before in, of this one out [MPa]
+      real(wp), intent(inout) :: touch
+      !> [MPa], [MPa/mm]
+      real(wp), intent(out) :: stress, stiffness
+
+      call follow_tangent(stress, stiffness)
+      touch = stress
+      call follow_tangent(stress, stiffness)
+
+   contains
+
+      !> Pressure of the overlap on the tangent that touches there, and its slope.
+      pure subroutine follow_tangent(stress, stiffness)
+         real(wp), intent(out) :: stress, stiffness
+         real(wp) :: closure, faced
+         integer :: softer
+
+         softer = j
+         closure = closure_under(joints%law(j)%raw, joints%penalty(j), point(j), touch)
+         associate (other => met%faced_joint(k))
+            if (other > 0 .and. other /= j) then
+               faced = closure_under(joints%law(other)%raw, joints%penalty(other), point(other), touch)
+               if (faced > closure) softer = other
+               closure = max(closure, faced)
+            end if
+         end associate
+         stiffness = pressure_stiffness(joints%law(softer)%raw, joints%penalty(softer), point(softer), touch)
+         stress = max(0.0_wp, touch + stiffness*(overlap - closure))
+      end subroutine follow_tangent
+
+   end subroutine press_on_tangent
 
    !> Update all joints in potential contact from the contact forces of the step before; their mobilised friction then
    !> bounds the friction of the next.

@@ -20,7 +20,7 @@ module riding_m
    implicit none
    private
 
-   public :: ride, closure_pressure, pressure_stiffness
+   public :: ride, closure_pressure, closure_under, pressure_stiffness
 
    !> The dilation of one joint at the end of a step
    type, public :: ride_t
@@ -306,12 +306,23 @@ contains
       !> [MPa]
       real(wp), intent(in) :: stress
 
-      if (step%penalty > 0.0_wp) then
-         closure_of = stress/step%penalty
-      else
-         closure_of = law%closure(step%start, stress)
-      end if
+      closure_of = closure_under(law, step%penalty, step%start, stress)
    end function closure_of
+
+   !> Closure of a joint under a pressure, the inverse of closure_pressure [mm].
+   pure real(wp) function closure_under(law, penalty, start, pressure) result(closure)
+      class(joint_law_t), intent(in) :: law
+      !> 0: the law's own stiffness [MPa/mm]; [MPa]
+      real(wp), intent(in) :: penalty, pressure
+      !> The joint at the start of the step
+      type(joint_point_t), intent(in) :: start
+
+      if (penalty > 0.0_wp) then
+         closure = pressure/penalty
+      else
+         closure = law%closure(start, pressure)
+      end if
+   end function closure_under
 
    !> d stress_of/d closure [MPa/mm].
    pure real(wp) function stiffness_of(law, step, stress)

@@ -14,7 +14,7 @@ module sparse_system_m
    implicit none
    private
 
-   public :: build_system, matrix_of, restore_system, add_block, gather, scatter
+   public :: build_system, matrix_of, restore_system, add_block, multiply, gather, scatter
 
    !> Edges a wall may slide past in either direction before the pattern is built again
    integer, parameter :: reach = 1
@@ -36,22 +36,26 @@ module sparse_system_m
       integer, allocatable :: first(:), column(:)
       !> Of size zero when the matrix is to be made anew (entries) [N/m per m of thickness]
       real(wp), allocatable :: value(:)
+      !> Does it belong to a state that has been left?
+      logical :: outdated = .false.
    end type kept_matrix_t
 
 contains
 
    !> What to keep of a system.
-   pure function matrix_of(system, in_use) result(matrix)
+   pure function matrix_of(system, factored, outdated) result(matrix)
       type(sparse_system_t), intent(in) :: system
-      !> Is there a matrix that iterations go on with?
-      logical, intent(in) :: in_use
+      !> The matrix that was factored (entries), of size zero when iterations go on with none; see kept_matrix_t
+      real(wp), intent(in) :: factored(:)
+      logical, intent(in) :: outdated
       type(kept_matrix_t) :: matrix
 
       allocate (matrix%first(0), matrix%column(0), matrix%value(0))
       if (.not. allocated(system%first)) return
       matrix%first = system%first
       matrix%column = system%column
-      if (in_use) matrix%value = system%value
+      matrix%value = factored
+      matrix%outdated = outdated
    end function matrix_of
 
    !> The system that was kept.
@@ -378,6 +382,24 @@ contains
          end do
       end do
    end subroutine add_block
+
+   !> Product of a matrix of the system's pattern with a vector.
+   pure subroutine multiply(system, x, product)
+      type(sparse_system_t), intent(in) :: system
+      !> (unknowns)
+      real(wp), contiguous, intent(in) :: x(:)
+      real(wp), contiguous, intent(out) :: product(:)
+      real(wp) :: total
+      integer :: i, k
+
+      do i = 1, system%unknowns
+         total = 0.0_wp
+         do k = system%first(i), system%first(i + 1) - 1
+            total = total + system%value(k)*x(system%column(k))
+         end do
+         product(i) = total
+      end do
+   end subroutine multiply
 
    !> Unknowns of a nodal field.
    pure subroutine gather(system, field, vector)

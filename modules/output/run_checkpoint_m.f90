@@ -157,6 +157,7 @@ contains
       call file%keep('matrix_first', matrix%first, errors)
       call file%keep('matrix_column', matrix%column, errors)
       call file%keep('matrix_value', matrix%value, errors)
+      call file%keep('matrix_outdated', matrix%outdated, errors)
    end subroutine keep_matrix
 
    !> The deck must agree with the one that the checkpoint was written with: in all that the results depend on, or, for a branch,

@@ -20,7 +20,7 @@ module implicit_m
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left
-   use corners_m, only: decide_corners, press_further, any_passed, free_choices, any_chosen, most_pressed
+   use corners_m, only: decide_corners, press_further, press_back, any_passed, free_choices, any_chosen, most_pressed
    use sparse_system_m, only: kept_matrix_t, matrix_of
    use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, free_norm
    implicit none
@@ -74,6 +74,8 @@ module implicit_m
    real(wp), parameter :: least_part = 1.0e-9_wp
    !> Increments no longer than this part of a cycle that find no rest are tried with corners free
    real(wp), parameter :: choose_anew = 0.25_wp
+   !> Unbalanced force ratio while corners are pressed back, all but the last time
+   real(wp), parameter :: while_pressed = 1.0e-4_wp
    !> An increment that took no more iterations than this is followed by a longer one
    integer, parameter :: easy = 12
    !> A first guess with a greater unbalanced force ratio than this is compared with standing still
@@ -225,6 +227,7 @@ contains
       !> Those of the increment, to which this adds
       integer, intent(inout) :: iterations
       type(state_t) :: rest
+      real(wp) :: pressed(2, size(state%u, 2)), tolerance
       integer :: round, more
       logical :: changed, found
 
@@ -233,13 +236,20 @@ contains
          if (.not. any_passed(model%corners, state%corners, state%u)) return
          rest = state
          call press_further(state%corners)
+         if (round == 1) self%outdated = .true.
+         ! What is pressed further moves on as it has begun to
+         if (round > 1) state%u = state%u + press_back*(state%u - pressed)
+         pressed = rest%u
+         tolerance = model%rest_tolerance()
+         if (round < most_pressed .and. any_passed(model%corners, state%corners, state%u)) tolerance = max(tolerance, while_pressed)
          call evaluate(model, increment, state)
-         self%factored = .false.
-         call equilibrate(self, model, increment, model%rest_tolerance(), state, more, found)
+         call equilibrate(self, model, increment, tolerance, state, more, found)
          iterations = iterations + more
          if (found) cycle
          state = rest
-         self%factored = .false.
+         self%outdated = .true.
+         call equilibrate(self, model, increment, model%rest_tolerance(), state, more, found)
+         iterations = iterations + more
          return
       end do
    end subroutine hold_corners
@@ -353,7 +363,7 @@ contains
          else
             increment%drag = self%way%drag
          end if
-         self%factored = .false.
+         self%outdated = .true.
          call equilibrate(self, model, increment, tolerance, state, iterations, stepped)
          self%pseudo_steps = self%pseudo_steps + 1_i8
          if (.not. stepped) then
@@ -530,7 +540,7 @@ contains
       type(state_t), intent(inout) :: state
 
       state = increment%start
-      self%factored = .false.
+      self%outdated = .true.
    end subroutine give_up_increment
 
    !> No rest: say when, where and what moves. Rock that cannot break goes back to where it rested last, which the caller writes.
@@ -646,14 +656,18 @@ contains
       class(implicit_solver_t), intent(in) :: self
       type(kept_matrix_t) :: matrix
 
-      matrix = matrix_of(self%system, self%factored)
+      if (self%factored) then
+         matrix = matrix_of(self%system, self%lu%matrix(), self%outdated)
+      else
+         matrix = matrix_of(self%system, [real(wp) ::], self%outdated)
+      end if
    end function matrix_in_use
 
-   !> Another number for each matrix that the solver has had.
+   !> Another number for each matrix that the solver has had, and for how it stands.
    pure integer(i8) function matrix_number(self) result(number)
       class(implicit_solver_t), intent(in) :: self
 
-      number = 2_i8*(self%patterns + self%factorisations) + merge(1_i8, 0_i8, self%factored)
+      number = 4_i8*(self%patterns + self%factorisations) + merge(2_i8, 0_i8, self%factored) + merge(1_i8, 0_i8, self%outdated)
    end function matrix_number
 
    !> Say what it took and give back the memory of the matrix.
@@ -665,6 +679,8 @@ contains
                                        to_text(self%iterations)//' iterations, '//to_text(self%factorisations)// &
                                        ' factorisations, '//to_text(self%patterns)//' patterns, ordered by '// &
                                        trim(merge('METIS (nested dissection)', 'AMF (minimum degree)     ', self%dissected)))
+      if (self%stage > 0) call log%say('implicit  '//to_text(self%lagged)//' iterations with older factors, '// &
+                                       to_text(self%lagged_steps)//' steps; factors take '//to_text(self%lu%memory())//' MB')
       if (self%pseudo_steps > 0_i8) call log%say('implicit  '//to_text(self%pseudo_steps)//' steps of pseudo-time, where '// &
                                                  'slip or cracks ran on by themselves')
       call self%lu%free()

@@ -6,6 +6,8 @@
 !> made anew when they don't.
 module newton_m
    use kinds_m, only: wp, i8
+   use constants_m, only: megapascal
+   use stopwatch_m, only: now_doing, work_analysis, work_assembly, work_factors, work_solves, work_other
    use model_m, only: model_t
    use state_m, only: state_t
    use wall_contact_m, only: meet_walls
@@ -16,6 +18,7 @@ module newton_m
    use elimination_m, only: dissection, large
    use mumps_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
+   use lagged_m, only: solve_lagged
    use increment_m, only: increment_t, forces_from_start
    implicit none
    private
@@ -27,8 +30,8 @@ module newton_m
       type(sparse_system_t) :: system
       type(sparse_lu_t) :: lu
       type(anderson_t) :: past
-      !> Does the matrix belong to the present pattern?
-      logical :: factored = .false.
+      !> Are there factors for the present pattern, and do they belong to a state that has been left?
+      logical :: factored = .false., outdated = .false.
       !> Are unknowns eliminated in the order of nested dissection?
       logical :: dissected = .false.
       !> What the linear solver failed of: no iteration can go on
@@ -39,6 +42,8 @@ module newton_m
       real(wp), allocatable :: diagonal(:)
       !> Work done so far
       integer(i8) :: iterations = 0_i8, factorisations = 0_i8, patterns = 0_i8
+      !> Iterations that took the present matrix with older factors, and the steps of these solutions
+      integer(i8) :: lagged = 0_i8, lagged_steps = 0_i8
    end type newton_t
 
    !> One increment, and what the iteration needs to know of it
@@ -53,6 +58,14 @@ module newton_m
    real(wp), parameter :: sufficient = 1.0e-4_wp
    !> A correction may move a node this many joint lengths (plus what the increment prescribes)
    real(wp), parameter :: longest_correction = 0.5_wp
+   !> Solutions with older factors: their tolerance, and the steps after which a factorisation costs less
+   real(wp), parameter :: lagged_tolerance = 0.05_wp
+   integer, parameter :: most_lagged = 3
+   !> Unbalanced force ratio above which closure is taken by tangents, and below which no longer
+   real(wp), parameter :: far = 1.0e-3_wp, near = 1.0e-4_wp
+   !> With tangents the unbalanced force may rise by this factor, so many times: it is small walls and corners that have met
+   real(wp), parameter :: highest_rise = 20.0_wp
+   integer, parameter :: most_rises = 4
    !> Rounding of the forces: this many times the machine's precision
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
    !> Weak springs over the stiffness of the rock
@@ -95,7 +108,6 @@ contains
       class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(kept_matrix_t), intent(in) :: matrix
-      integer :: status
 
       call restore_system(model%loads%fixed, model%split%triangle, matrix, self%system)
       call plan_factors(self, model)
@@ -103,9 +115,8 @@ contains
       if (size(matrix%value) == 0 .or. allocated(self%failure)) return
       self%diagonal = diagonal_of(self%system)
       if (self%weak_springs) self%diagonal = self%diagonal/(1.0_wp + weak)
-      call self%lu%factor(self%system%value, status)
-      self%factored = status == linear_ok
-      self%factorisations = self%factorisations + 1_i8
+      call factor_matrix(self)
+      self%outdated = matrix%outdated
    end subroutine lay_out_as_kept
 
    !> Order the unknowns of the system and plan its factors.
@@ -115,6 +126,7 @@ contains
       integer, allocatable :: place(:)
       integer :: status
 
+      call now_doing(work_analysis)
       self%lu%max_memory = model%deck%implicit%max_memory
       allocate (place(0))
       if (self%system%unknowns >= large) place = dissection(self%system)
@@ -127,6 +139,8 @@ contains
       ! Where everything is prescribed there is nothing to solve for
       if (status == linear_failed .and. self%system%unknowns > 0) self%failure = self%lu%message()
       self%factored = .false.
+      self%outdated = .false.
+      call now_doing(work_other)
    end subroutine plan_factors
 
    !> Nodes of the bonds that have a part in the matrix: those that hold or press, and can open (4, bonds).
@@ -149,7 +163,8 @@ contains
       free_norm = norm2(pack(net_force(state),.not. model%loads%fixed))
    end function free_norm
 
-   !> Newton's method from the first guess in state%u, whose forces are known.
+   !> Rest from the first guess in state%u, whose forces are known: by tangents of the closure curves at first where that is far,
+   !> and where they do not lead to it by the curves alone, from the better one of where they led and the guess.
    subroutine equilibrate(self, model, increment, tolerance, state, iterations, converged)
       class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -159,77 +174,167 @@ contains
       type(state_t), intent(inout) :: state
       integer, intent(out) :: iterations
       logical, intent(out) :: converged
-      real(wp) :: residual(self%system%unknowns), step(self%system%unknowns), unbalanced, before
-      logical :: fresh, slow, regular
+      real(wp) :: guess(2, size(state%u, 2)), unbalanced
+      integer :: more
+      logical :: by_tangents
+
+      guess = state%u
+      unbalanced = free_norm(model, state)
+      by_tangents = model%has_walls .and. increment%drag <= 0.0_wp
+      call iterate(self, model, increment, tolerance, by_tangents, state, iterations, converged)
+      if (converged .or. .not. by_tangents .or. allocated(self%failure)) return
+      call evaluate(model, increment, state)
+      if (free_norm(model, state) >= unbalanced) then
+         state%u = guess
+         call evaluate(model, increment, state)
+      end if
+      by_tangents = .false.
+      call iterate(self, model, increment, tolerance, by_tangents, state, more, converged)
+      iterations = iterations + more
+   end subroutine equilibrate
+
+   !> Newton's method.
+   subroutine iterate(self, model, increment, tolerance, by_tangents, state, iterations, converged)
+      class(newton_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(newton_increment_t), intent(in) :: increment
+      !> Unbalanced force ratio
+      real(wp), intent(in) :: tolerance
+      !> May closure be taken by tangents? Has it been?
+      logical, intent(inout) :: by_tangents
+      type(state_t), intent(inout) :: state
+      integer, intent(out) :: iterations
+      logical, intent(out) :: converged
+      real(wp) :: residual(self%system%unknowns), step(self%system%unknowns), unbalanced, before, bound
+      logical :: fresh, slow, regular, taken, may
+      integer :: rises
 
       converged = .false.
+      may = by_tangents
+      by_tangents = .false.
+      rises = 0
       slow = model%deck%implicit%matrix == 'new'
       call self%past%forget(self%system%unknowns)
       call gather(self%system, net_force(state), residual)
       unbalanced = norm2(residual)
-      do iterations = 0, model%deck%implicit%max_iterations
-         if (iterations > 0) self%iterations = self%iterations + 1_i8
-         if (unbalanced_ratio(model%loads, state) <= tolerance) then
-            converged = .true.
-            return
-         end if
-         fresh = slow .or. .not. self%factored
-         if (fresh) then
-            call renew_matrix(self, model, increment, state, residual, regular)
-            if (.not. regular) return
-         end if
-         call correction(self, residual, increment%longest, step, regular)
-         if (.not. regular) return
-         before = unbalanced
-         call search_line(self, model, increment, step, fresh, state, residual, unbalanced)
-         if (unbalanced < before) then
-            call self%past%took(step)
-            slow = unbalanced > good_reduction*before
-         else if (fresh) then
-            ! As good as rounding allows?
-            converged = unbalanced <= rounding*norm2(self%diagonal*displacement(self, state))
-            return
-         else
-            slow = .true.
-         end if
-         if (model%deck%implicit%matrix == 'new') slow = .true.
-      end do
-   end subroutine equilibrate
+      associate (tangents => state%tractions%tangents)
+         do iterations = 0, model%deck%implicit%max_iterations
+            if (iterations > 0) self%iterations = self%iterations + 1_i8
+            if (tangents%on .and. unbalanced_ratio(model%loads, state) <= max(tolerance, near)) then
+               tangents%on = .false.
+               call find_residual(self, model, increment, state, residual, unbalanced)
+            end if
+            converged = .not. tangents%on .and. unbalanced_ratio(model%loads, state) <= tolerance
+            if (converged) return
+            fresh = slow .or. self%outdated .or. .not. self%factored
+            if (fresh) then
+               if (may .and. .not. tangents%on .and. unbalanced_ratio(model%loads, state) > far) then
+                  by_tangents = .true.
+                  call tangents%begin(state%walls, state%tractions%pressure(:state%walls%points)/megapascal)
+               end if
+               call exact_correction(self, model, increment, state, residual, step, regular)
+            else
+               call correction(self, residual, step, regular)
+            end if
+            if (.not. regular) exit
+            call shorten(increment%longest, step)
+            before = unbalanced
+            bound = 1.0_wp
+            if (tangents%on .and. fresh .and. rises < most_rises) bound = highest_rise
+            call search_line(self, model, increment, bound, fresh, step, state, residual, unbalanced, taken)
+            if (taken) then
+               if (tangents%on) call tangents%advance(state%walls)
+               if (unbalanced > before) rises = rises + 1
+               call self%past%took(step)
+               slow = unbalanced > good_reduction*before
+            else if (fresh) then
+               ! As good as rounding allows?
+               converged = .not. tangents%on .and. unbalanced <= rounding*norm2(self%diagonal*displacement(self, state))
+               exit
+            else
+               slow = .true.
+            end if
+            if (model%deck%implicit%matrix == 'new') slow = .true.
+         end do
+         tangents%on = .false.
+      end associate
+   end subroutine iterate
 
-   !> Step of an iteration: the matrix' answer to the unbalanced force, with what earlier iterations taught.
-   subroutine correction(self, residual, longest, step, regular)
+   !> Step of an iteration with the factors at hand: their answer to the unbalanced force, with what earlier iterations taught.
+   subroutine correction(self, residual, step, regular)
       class(newton_t), intent(inout) :: self
       !> Unbalanced force (unknowns) [N/m]
       real(wp), intent(in) :: residual(:)
-      !> Longest correction [m]
-      real(wp), intent(in) :: longest
       real(wp), intent(out) :: step(:)
       logical, intent(out) :: regular
-      real(wp) :: answer(size(residual)), largest
+      real(wp) :: answer(size(residual))
       integer :: status
 
       answer = residual
+      call now_doing(work_solves)
       call self%lu%solve(answer, status)
+      call now_doing(work_other)
       regular = status == linear_ok .and. all(abs(answer) < huge(1.0_wp))
-      if (.not. regular) return
-      call self%past%next_step(answer, step)
+      if (regular) call self%past%next_step(answer, step)
+   end subroutine correction
+
+   !> Step of an iteration by the matrix of the present state: with older factors where these give it in few steps.
+   subroutine exact_correction(self, model, increment, state, residual, step, regular)
+      class(newton_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(inout) :: state
+      !> Unbalanced force (unknowns) [N/m]
+      real(wp), intent(in) :: residual(:)
+      real(wp), intent(out) :: step(:)
+      logical, intent(out) :: regular
+      integer :: steps
+      logical :: outside
+
+      regular = .false.
+      call renew_matrix(self, model, increment, state, outside)
+      if (outside .or. allocated(self%failure)) return
+      if (self%factored .and. model%deck%implicit%matrix == 'kept') then
+         call now_doing(work_solves)
+         call solve_lagged(self%system, self%lu, residual, lagged_tolerance, most_lagged, step, steps, regular)
+         call now_doing(work_other)
+         self%lagged_steps = self%lagged_steps + int(steps, i8)
+         if (regular) self%lagged = self%lagged + 1_i8
+         self%outdated = .true.
+         if (regular) return
+      end if
+      call factor_matrix(self)
+      if (self%factored) call correction(self, residual, step, regular)
+   end subroutine exact_correction
+
+   !> No node moves by more than the longest correction.
+   pure subroutine shorten(longest, step)
+      !> [m]
+      real(wp), intent(in) :: longest
+      !> (unknowns) [m]
+      real(wp), intent(inout) :: step(:)
+      real(wp) :: largest
+
       largest = maxval(abs(step))
       if (largest > longest) step = step*(longest/largest)
-   end subroutine correction
+   end subroutine shorten
 
    !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force. A kept matrix gets one
    !> try. Without success the state is where it was.
-   subroutine search_line(self, model, increment, step, fresh, state, residual, unbalanced)
-      class(newton_t), intent(in) :: self
+   subroutine search_line(self, model, increment, bound, fresh, step, state, residual, unbalanced, taken)
+      class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
-      !> Step in, the part of it that was taken out (unknowns) [m]
-      real(wp), intent(inout) :: step(:)
+      !> Largest unbalanced force to take, over the present one: 1 for a reduction, more for a rise
+      real(wp), intent(in) :: bound
       !> Does the matrix belong to this state?
       logical, intent(in) :: fresh
+      !> Step in, the part of it that was taken out (unknowns) [m]
+      real(wp), intent(inout) :: step(:)
       type(state_t), intent(inout) :: state
       !> Unbalanced force (unknowns) [N/m] and its norm, at the state
       real(wp), intent(inout) :: residual(:), unbalanced
+      logical, intent(out) :: taken
       real(wp) :: origin(2, size(state%u, 2)), share, before
       integer :: halvings, most
 
@@ -240,35 +345,42 @@ contains
       do halvings = 0, most
          state%u = origin
          call scatter(self%system, share, step, state%u)
-         call evaluate(model, increment, state)
-         call gather(self%system, net_force(state), residual)
-         unbalanced = norm2(residual)
+         call find_residual(self, model, increment, state, residual, unbalanced)
          ! A comparison with NaN is false
-         if (unbalanced <= (1.0_wp - sufficient*share)*before) then
+         taken = unbalanced <= (bound - sufficient*share)*before
+         if (taken) then
             step = share*step
             return
          end if
          share = 0.5_wp*share
       end do
       state%u = origin
-      call evaluate(model, increment, state)
-      call gather(self%system, net_force(state), residual)
-      unbalanced = norm2(residual)
+      call find_residual(self, model, increment, state, residual, unbalanced)
    end subroutine search_line
 
-   !> Assemble and factor the matrix of the present state, on a new pattern where walls have slid out of the old one.
-   subroutine renew_matrix(self, model, increment, state, residual, regular)
+   !> Unbalanced force at a displacement, and its norm.
+   subroutine find_residual(self, model, increment, state, residual, unbalanced)
       class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
-      !> Unbalanced force (unknowns)
-      real(wp), intent(in) :: residual(:)
-      logical, intent(out) :: regular
-      integer :: status
-      logical :: outside
+      !> (unknowns) [N/m], [N/m]
+      real(wp), intent(out) :: residual(:), unbalanced
 
-      regular = .false.
+      call evaluate(model, increment, state)
+      call gather(self%system, net_force(state), residual)
+      unbalanced = norm2(residual)
+   end subroutine find_residual
+
+   !> Assemble the matrix of the present state, on a new pattern where walls have slid out of the old one.
+   subroutine renew_matrix(self, model, increment, state, outside)
+      class(newton_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(inout) :: state
+      !> Is even the new pattern too small?
+      logical, intent(out) :: outside
+
       call assemble(model, increment, state, self%system, outside)
       if (outside) then
          call lay_out(self, model, state)
@@ -278,14 +390,22 @@ contains
       if (self%weak_springs) then
          where (self%system%row == self%system%column) self%system%value = (1.0_wp + weak)*self%system%value
       end if
-      if (allocated(self%failure)) return
-      call self%lu%factor(self%system%value, status)
-      if (status == linear_failed) self%failure = self%lu%message()
-      self%factorisations = self%factorisations + 1_i8
-      regular = status == linear_ok .and. .not. outside .and. size(residual) == self%system%unknowns
-      self%factored = regular
       call self%past%forget(self%system%unknowns)
    end subroutine renew_matrix
+
+   !> Factor the matrix.
+   subroutine factor_matrix(self)
+      class(newton_t), intent(inout) :: self
+      integer :: status
+
+      call now_doing(work_factors)
+      call self%lu%factor(self%system%value, status)
+      call now_doing(work_other)
+      if (status == linear_failed) self%failure = self%lu%message()
+      self%factorisations = self%factorisations + 1_i8
+      self%factored = status == linear_ok
+      self%outdated = .false.
+   end subroutine factor_matrix
 
    !> Tangent stiffness of all terms.
    subroutine assemble(model, increment, state, system, outside)
@@ -297,12 +417,14 @@ contains
       logical, intent(out) :: outside
       integer :: i
 
+      call now_doing(work_assembly)
       outside = .false.
       system%value = 0.0_wp
       do i = 1, size(model%term)
          if (model%term(i)%raw%is_there(model)) &
             call model%term(i)%raw%add_tangent(model, increment%increment_t, state, system, outside)
       end do
+      call now_doing(work_other)
    end subroutine assemble
 
    !> Diagonal of the matrix.
