@@ -16,6 +16,8 @@ module effort_m
    real(wp), parameter :: steps_an_increment = 2000.0_wp
    !> Seconds for a step of a triangle, with its share of joints and contact, on a core of a usual machine
    real(wp), parameter :: seconds_each = 1.0e-7_wp
+   !> Runs shorter than this are said to take seconds [s]
+   real(wp), parameter :: seconds_alone = 10.0_wp
    !> Triangles times steps beyond which somebody has to say that it is meant: some hours
    real(wp), parameter :: long_run = 1.0e11_wp
 
@@ -35,10 +37,15 @@ contains
 
       steps = estimated_steps(model, state)
       work = steps*real(size(model%split%triangle, 2), wp)
-      effort = 'about '//count_text(steps)//' steps of '//to_text(size(model%split%triangle, 2))//' triangles'
-      if (model%solver /= solver_explicit) &
-         effort = count_text(steps/steps_an_increment)//' increments of '//to_text(size(model%split%triangle, 2))//' triangles'
-      effort = effort//', '//duration_text(seconds_each*work)
+      if (model%solver == solver_explicit) then
+         effort = 'about '//count_text(steps)//' steps of '
+      else
+         effort = count_text(steps/steps_an_increment)//' increments of '
+      end if
+      effort = effort//to_text(size(model%split%triangle, 2))//' triangles, '
+      ! One joint that slips evenly is a thousand times easier than a network
+      if (model%solver /= solver_explicit .and. seconds_each*work >= seconds_alone) effort = effort//'up to '
+      effort = effort//duration_text(seconds_each*work)
       call log%say('effort    '//effort)
       if (work <= long_run .or. model%deck%run%long) return
       call errors%add(model%deck%path//':'//to_text(model%deck%run%line)//': &run long = .false.: the run would take '//effort// &
@@ -105,7 +112,7 @@ contains
       !> Seconds in them
       real(wp), parameter :: minute = 60.0_wp, hour = 3600.0_wp, day = 86400.0_wp, year = 3.15e7_wp
 
-      if (seconds < 10.0_wp) then
+      if (seconds < seconds_alone) then
          text = 'seconds'
       else if (seconds < 2.0_wp*hour) then
          text = 'some '//to_text(ceiling(seconds/minute))//' minutes'
