@@ -366,7 +366,8 @@ def run(program, folder, seconds):
                 break
             except subprocess.TimeoutExpired:
                 continue
-        if status == -signal.SIGKILL:
+        # Stopped by this: killed, or told to end before it listens
+        if status == -signal.SIGKILL or (ask and status == -signal.SIGTERM):
             status = None
     return status, (folder / "said.txt").read_text(encoding="utf-8", errors="replace")
 

@@ -84,6 +84,40 @@ class Stack:
                 self.nodes[self.at(i, j) - 1] = (x, y)
         return self
 
+    def shake(self, part, seed):
+        """Nodes on no curve anywhere within a part of the spacing"""
+        chance = random.Random(seed)
+        dx = abs(self.nodes[1][0] - self.nodes[0][0])
+        dy = abs(self.nodes[self.columns + 1][1] - self.nodes[0][1])
+        on_curve = {n for kind, _, nodes in self.elements if kind == LINE for n in nodes}
+        self.nodes = [
+            (x, y)
+            if number in on_curve
+            else (x + part * dx * chance.uniform(-1, 1), y + part * dy * chance.uniform(-1, 1))
+            for number, (x, y) in enumerate(self.nodes, start=1)
+        ]
+        return self
+
+    def curve(self, name, tag, places):
+        """A curve of a group along places (column, row) that follow each other"""
+        self.groups[name] = (1, tag)
+        for a, b in zip(places[:-1], places[1:], strict=True):
+            self._line(tag, a, b)
+        return self
+
+    def add(self, other, tags):
+        """Another body beside this one: its surfaces, with other numbers of their groups"""
+        offset = len(self.nodes)
+        new = {other.groups[name][1]: tag for name, tag in tags.items()}
+        self.groups.update({name: (2, tag) for name, tag in tags.items()})
+        self.nodes += other.nodes
+        self.elements += [
+            (kind, new[group], tuple(n + offset for n in nodes))
+            for kind, group, nodes in other.elements
+            if kind == TRIANGLE
+        ]
+        return self
+
     def renumber(self, seed):
         """Nodes and elements in another order"""
         chance = random.Random(seed)
