@@ -8,7 +8,7 @@ endif()
 # A maybe-uninitialized warning on an allocatable's descriptor is a known false alarm of gfortran 12.
 target_compile_options(femdem_flags INTERFACE $<$<COMPILE_LANGUAGE:Fortran>:-Wno-maybe-uninitialized>)
 
-set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -g1 -fno-math-errno -fno-trapping-math -fopenmp-simd")
+set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -g1 -fno-math-errno -fno-trapping-math")
 # Array temporaries are no error, and their warnings would drown the program's own messages.
 set(CMAKE_Fortran_FLAGS_DEBUG "-Og -g -fcheck=all,no-array-temps -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived")
 # What goes past the ends of arrays and allocations without a bounds check noticing, memory that is lost, and undefined arithmetic.

@@ -9,6 +9,9 @@ target_link_libraries(femdem_dependencies INTERFACE ${HDF5_Fortran_LIBRARIES})
 find_library(METIS_LIBRARY metis REQUIRED)
 target_link_libraries(femdem_dependencies INTERFACE ${METIS_LIBRARY})
 
+find_package(OpenMP REQUIRED COMPONENTS Fortran)
+target_link_libraries(femdem_dependencies INTERFACE OpenMP::OpenMP_Fortran)
+
 find_package(LAPACK REQUIRED)
 target_link_libraries(femdem_dependencies INTERFACE ${LAPACK_LIBRARIES})
 

@@ -6,6 +6,7 @@ program femdem
    use kinds_m, only: wp, i8
    use files_m, only: make_directory
    use interrupt_m, only: catch_signals, stop_wanted, write_beyond_limits
+   use threads_m, only: use_threads
    use stopwatch_m, only: now_doing, work_input, work_output, work_other
    use lock_m, only: lock_t
    use log_m, only: log_t, progress_t
@@ -87,6 +88,7 @@ program femdem
    call warnings%write(error_unit, 'warning: ')
    if (errors%any()) call stop_with(status_bad_input)
 
+   call use_threads(deck%run%threads)
    call open_directory()
    call say_start(deck, log)
    call order_mesh(mesh)

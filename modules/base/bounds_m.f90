@@ -28,6 +28,8 @@ module bounds_m
    real(wp), parameter, public :: least_time = 1.0e-12_wp, most_time = 1.0e12_wp, least_step = 1.0e-15_wp
    !> Parts of a whole and factors that would never be meant; tolerances below the rounding errors
    real(wp), parameter, public :: least_part = 1.0e-4_wp, least_tolerance = 1.0e-15_wp
+   !> Threads: more than any machine has cores
+   real(wp), parameter, public :: most_threads = 1024.0_wp
    !> Smallest size of a velocity or load that is not 0: what is meant as 0 is to be written so
    real(wp), parameter, public :: least_size = 1.0e-20_wp
 

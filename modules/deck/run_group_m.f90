@@ -1,8 +1,10 @@
 !> The group &run: what is run, on which mesh, by which solver.
 module run_group_m
+   use kinds_m, only: wp
+   use bounds_m, only: most_threads
    use errors_m, only: error_list_t
    use deck_scan_m, only: group_slice_t
-   use deck_variable_m, only: option_length, path_length, check_choice, check_given
+   use deck_variable_m, only: option_length, path_length, check_choice, check_given, check_range
    use group_variables_m, only: group_variables_t
    implicit none
    private
@@ -21,6 +23,8 @@ module run_group_m
       character(len=option_length) :: solver = 'auto'
       !> Is a run meant that takes very long?
       logical :: long = .false.
+      !> Threads of the kernels; 0: what OMP_NUM_THREADS says, or one
+      integer :: threads = 0
    end type run_t
 
    character(len=*), parameter :: solvers(*) = ['auto      ', 'explicit  ', 'implicit  ', 'relaxation']
@@ -52,6 +56,7 @@ contains
       call variables%keep('mesh', run%mesh)
       call variables%keep('solver', run%solver)
       call variables%keep('long', run%long)
+      call variables%keep('threads', run%threads)
    end subroutine name_variables
 
    !> Ranges and choices.
@@ -62,6 +67,7 @@ contains
 
       call check_given(errors, slice, 'mesh', run%mesh, 'the mesh file, relative to the deck')
       call check_choice(errors, slice, 'solver', run%solver, solvers)
+      call check_range(errors, slice, 'threads', real(run%threads, wp), least=0.0_wp, most=most_threads)
    end subroutine check_run
 
    !> Write the effective group, every variable.

@@ -2,6 +2,7 @@
 !> an edge together until they have softened; a kernel of plain arrays that knows nothing of meshes.
 module bond_m
    use kinds_m, only: wp
+   use rows_m, only: fill_rows
    use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_update, cohesive_tangent
    implicit none
    private
@@ -26,12 +27,17 @@ module bond_m
    !> Bonds handled together: gathered, computed as vectors, scattered
    integer, parameter :: block_size = 64
 
-   !> What the vectorised loop needs of every bond
+   !> What the vectorised loop needs of every bond, in the order in which it goes through them: by the turn of the patch of triangles
+   !> that they are in (patches_m). Bonds of patches that share no node share none.
    type, public :: bond_rows_t
-      !> Twice the edge before any motion (2, bonds) [m], a sixth of stiffness times length (bonds) [N/m per m of thickness]
+      !> First row of each turn, and one beyond the last (turns + 1), first turn of each colour (colours + 1), bond of each row (rows)
+      integer, allocatable :: first(:), colour(:), bond(:)
+      !> Nodes A, B, A', B' (4, rows)
+      integer, allocatable :: node(:, :)
+      !> Twice the edge before any motion (2, rows) [m], a sixth of stiffness times length (rows) [N/m per m of thickness]
       real(wp), allocatable :: edge(:, :), pull(:)
       !> Slip up to which it rests without pressure [m], what that grows by with each metre of overlap, and slip at the strength
-      !> over opening at the strength (bonds)
+      !> over opening at the strength (rows)
       real(wp), allocatable :: slip(:), friction(:), ratio(:)
    end type bond_rows_t
 
@@ -136,19 +142,25 @@ contains
    end subroutine place_points
 
    !> What resting_bond_forces needs to know of the bonds.
-   pure subroutine init_rows(node, length, law, x, rows)
+   pure subroutine init_rows(node, length, law, x, turn, colour, rows)
       !> As in bond_forces
       integer, intent(in) :: node(:, :)
       real(wp), intent(in) :: length(:), x(:, :)
       type(cohesive_t), intent(in) :: law(:)
+      !> Turn of each bond (bonds), first turn of each colour (colours + 1)
+      integer, intent(in) :: turn(:), colour(:)
       type(bond_rows_t), intent(out) :: rows
 
+      call fill_rows(turn, colour(size(colour)) - 1, rows%first, rows%bond)
+      allocate (rows%colour(size(colour)))
+      rows%colour = colour
+      rows%node = node(:, rows%bond)
       allocate (rows%edge(2, size(length)))
-      rows%edge = (x(:, node(2, :)) - x(:, node(1, :))) + (x(:, node(4, :)) - x(:, node(3, :)))
-      rows%pull = law%stiffness*length/6.0_wp
-      rows%slip = resting_part*law%cohesion/law%stiffness
-      rows%friction = resting_part*law%internal
-      rows%ratio = law%cohesion/law%tensile_strength
+      rows%edge = (x(:, rows%node(2, :)) - x(:, rows%node(1, :))) + (x(:, rows%node(4, :)) - x(:, rows%node(3, :)))
+      rows%pull = law(rows%bond)%stiffness*length(rows%bond)/6.0_wp
+      rows%slip = resting_part*law(rows%bond)%cohesion/law(rows%bond)%stiffness
+      rows%friction = resting_part*law(rows%bond)%internal
+      rows%ratio = law(rows%bond)%cohesion/law(rows%bond)%tensile_strength
    end subroutine init_rows
 
    !> The same forces, faster where a bond is undamaged, was put in without a stress and is well below its strength: it rests.
@@ -158,47 +170,74 @@ contains
    !> That it rests is seen from its ends: the strength grows with the pressure and falls with the slip, so the larger opening
    !> together with the larger slip is worse than any point between. The points of a bond at rest do not follow; they catch up
    !> when it no longer rests, or when asked to (follow_points). Up to its strength a bond is elastic: they miss nothing.
-   pure subroutine resting_bond_forces(active, rows, node, length, law, shift, x, u, watch, point, force)
+   subroutine resting_bond_forces(active, rows, length, law, shift, x, u, watch, point, force)
       !> As in bond_forces
       logical, contiguous, intent(in) :: active(:)
       type(bond_rows_t), intent(in) :: rows
-      integer, contiguous, intent(in) :: node(:, :)
       real(wp), contiguous, intent(in) :: length(:)
-      type(cohesive_t), intent(in) :: law(:)
+      type(cohesive_t), contiguous, intent(in) :: law(:)
       real(wp), contiguous, intent(in) :: shift(:, :, :)
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       !> resting, watched or followed (bonds)
       integer, contiguous, intent(inout) :: watch(:)
       type(cohesive_point_t), contiguous, intent(inout) :: point(:, :)
       real(wp), contiguous, intent(inout) :: force(:, :)
-      real(wp) :: at_start(2, block_size), at_end(2, block_size)
-      logical :: rests(block_size)
-      integer :: first, m, k, b
+      integer :: c, t, first
 
-      do first = 1, size(node, 2), block_size
-         m = min(block_size, size(node, 2) - first + 1)
-         associate (last => first + m - 1)
-            call pull_block(m, size(u, 2), node(:, first:last), u, rows%edge(:, first:last), rows%pull(first:last), &
-                            rows%slip(first:last), rows%friction(first:last), rows%ratio(first:last), at_start, at_end, rests)
-            rests(:m) = rests(:m) .and. watch(first:last) /= followed
-            if (all(rests(:m))) then
-               watch(first:last) = resting
-               call add_block(m, size(u, 2), node(:, first:last), at_start, at_end, force)
-               cycle
-            end if
-         end associate
-         do k = 1, m
-            b = first + k - 1
-            if (rests(k)) then
-               watch(b) = resting
-               call add_nodal_forces(node(:, b), at_start(:, k), at_end(:, k), force)
-            else if (active(b)) then
-               call hold(node(:, b), length(b), law(b), shift(:, :, b), x, u, watch(b) == resting, point(:, b), force)
-               if (watch(b) /= followed) watch(b) = merge(followed, watched, any(point(:, b)%damage > 0.0_wp))
-            end if
+      !$omp parallel default(none) shared(active, rows, length, law, shift, x, u, watch, point, force) private(c, t, first)
+      do c = 1, size(rows%colour) - 1
+         !$omp do schedule(static)
+         do t = rows%colour(c), rows%colour(c + 1) - 1
+            do first = rows%first(t), rows%first(t + 1) - 1, block_size
+               call hold_block(first, min(first + block_size, rows%first(t + 1)) - 1, active, rows, length, law, shift, x, u, &
+                               watch, point, force)
+            end do
          end do
+         !$omp end do
       end do
+      !$omp end parallel
    end subroutine resting_bond_forces
+
+   !> The same for a block of rows.
+   pure subroutine hold_block(first, last, active, rows, length, law, shift, x, u, watch, point, force)
+      integer, intent(in) :: first, last
+      !> As in resting_bond_forces
+      logical, contiguous, intent(in) :: active(:)
+      type(bond_rows_t), intent(in) :: rows
+      real(wp), contiguous, intent(in) :: length(:)
+      type(cohesive_t), contiguous, intent(in) :: law(:)
+      real(wp), contiguous, intent(in) :: shift(:, :, :), x(:, :), u(:, :)
+      integer, contiguous, intent(inout) :: watch(:)
+      type(cohesive_point_t), contiguous, intent(inout) :: point(:, :)
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      real(wp) :: at_start(2, block_size), at_end(2, block_size)
+      logical :: rests(block_size), all_rest
+      integer :: k, r, b
+
+      call pull_block(last - first + 1, size(u, 2), rows%node(:, first:last), u, rows%edge(:, first:last), rows%pull(first:last), &
+                      rows%slip(first:last), rows%friction(first:last), rows%ratio(first:last), at_start, at_end, rests)
+      all_rest = .true.
+      do r = first, last
+         k = r - first + 1
+         rests(k) = rests(k) .and. watch(rows%bond(r)) /= followed
+         all_rest = all_rest .and. rests(k) .and. watch(rows%bond(r)) == resting
+      end do
+      if (all_rest) then
+         call add_block(last - first + 1, size(u, 2), rows%node(:, first:last), at_start, at_end, force)
+         return
+      end if
+      do r = first, last
+         k = r - first + 1
+         b = rows%bond(r)
+         if (rests(k)) then
+            watch(b) = resting
+            call add_nodal_forces(rows%node(:, r), at_start(:, k), at_end(:, k), force)
+         else if (active(b)) then
+            call hold(rows%node(:, r), length(b), law(b), shift(:, :, b), x, u, watch(b) == resting, point(:, b), force)
+            if (watch(b) /= followed) watch(b) = merge(followed, watched, any(point(:, b)%damage > 0.0_wp))
+         end if
+      end do
+   end subroutine hold_block
 
    !> Pull on the ends of the lower wall of a block of bonds, were they all at rest, and which of them are.
    pure subroutine pull_block(n, nodes, node, u, edge, pull, slip, friction, ratio, at_start, at_end, rests)

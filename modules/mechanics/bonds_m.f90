@@ -109,15 +109,17 @@ contains
       memory%broken = [memory%broken, [(.false., b=1, size(length))]]
    end subroutine add_bonds
 
-   !> Tell the bonds their nodes.
-   subroutine place_bonds(bonds, node, x)
+   !> Tell the bonds their nodes, and which of them are worked on at the same time.
+   subroutine place_bonds(bonds, node, x, turn, colour)
       type(bonds_t), intent(inout) :: bonds
       !> Nodes A, B, A', B' (4, bonds), reference coordinates (2, nodes) [m]
       integer, intent(in) :: node(:, :)
       real(wp), intent(in) :: x(:, :)
+      !> Turn of each bond: that of a triangle beside it (bonds); first turn of each colour (patches_t)
+      integer, intent(in) :: turn(:), colour(:)
 
       bonds%node = node
-      call init_rows(node, bonds%length, bonds%law, x, bonds%rows)
+      call init_rows(node, bonds%length, bonds%law, x, turn, colour, bonds%rows)
    end subroutine place_bonds
 
    !> Let a bond start at the stress of the rock, at or within its strength. Where the stress is beyond the strength, either
@@ -174,7 +176,7 @@ contains
       real(wp), contiguous, intent(inout) :: force(:, :)
 
       if (may_rest) then
-         call resting_bond_forces(memory%active, bonds%rows, bonds%node, bonds%length, bonds%law, bonds%shift, x, u, &
+         call resting_bond_forces(memory%active, bonds%rows, bonds%length, bonds%law, bonds%shift, x, u, &
                                   memory%watch, memory%point, force)
       else
          call bond_forces(memory%active, bonds%node, bonds%length, bonds%law, bonds%shift, x, u, memory%point, force)

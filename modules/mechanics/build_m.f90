@@ -102,7 +102,11 @@ contains
          young(e) = model%deck%material(m)%young
          poisson(e) = model%deck%material(m)%poisson
       end do
-      call init_solid(model%split%x, model%split%triangle, density, young, poisson, solid)
+      if (allocated(model%whole%patch)) then
+         call init_solid(model%split%x, model%split%triangle, density, young, poisson, solid, model%whole%patch)
+      else
+         call init_solid(model%split%x, model%split%triangle, density, young, poisson, solid)
+      end if
       if (model%deck%in_situ%line > 0) call set_in_situ(in_situ_stresses(model), solid)
       if (model%solver /= solver_explicit) return
       associate (settings => model%deck%explicit)

@@ -25,8 +25,7 @@ contains
       searches = state%contact%searches
       state%level = level
       call now_doing(work_rock)
-      call clear(state%solid)
-      if (size(state%damping, 2) > 0) call clear(state%damping)
+      if (size(state%damping, 2) > 0) state%damping = 0.0_wp
       if (model%has_walls .or. model%has_contact) then
          call now_doing(work_walls)
          call clear_at(model%touching, state%normal)
@@ -64,17 +63,6 @@ contains
       ! Local damping adds its part of the force to it while that acts against the motion
       bound = (1.0_wp + model%local_damping)*bound
    end subroutine stiffness_bound
-
-   !> No force yet. In pieces, so that what is cleared stays in the caches: beyond some 2 kB the C library goes past them.
-   pure subroutine clear(force)
-      real(wp), contiguous, intent(out) :: force(:, :)
-      integer, parameter :: piece = 64
-      integer :: first
-
-      do first = 1, size(force, 2), piece
-         force(:, first:min(first + piece - 1, size(force, 2))) = 0.0_wp
-      end do
-   end subroutine clear
 
    !> No force yet at some nodes.
    pure subroutine clear_at(node, force)

@@ -15,7 +15,7 @@ contains
 
    !> Advance velocities and displacements by one step of eq 1 (kick then drift) and add the work of the kick to the energy
    !> account; the kinetic energy after it is there at no cost.
-   pure subroutine move_nodes(loads, motion, local_damping, kick, drift, state, undisturbed)
+   subroutine move_nodes(loads, motion, local_damping, kick, drift, state, undisturbed)
       type(loads_t), intent(in) :: loads
       !> Prescribed velocities act times this: 1 or a smooth profile while the stage moves, 0 while it rests
       real(wp), intent(in) :: motion
@@ -26,40 +26,63 @@ contains
       type(state_t), intent(inout) :: state
       !> Blocks of nodes that only the rock acts on, see undisturbed_blocks; none unless given
       logical, intent(in), optional :: undisturbed(:)
-      real(wp), dimension(2, block_size) :: viscous, mass, free
-      real(wp) :: work(5)
       logical :: alone((size(state%mass) + block_size - 1)/block_size)
-      integer :: first, last, m, i
+      real(wp) :: work(5, size(alone)), total(5)
+      integer :: b
 
       alone = .false.
       if (present(undisturbed) .and. size(state%damping, 2) == 0) alone = undisturbed
-      viscous = 0.0_wp
-      work = 0.0_wp
-      do first = 1, size(state%mass), block_size
-         last = min(first + block_size - 1, size(state%mass))
-         m = last - first + 1
-         if (size(state%damping, 2) > 0) viscous(:, :m) = state%damping(:, first:last)
-         do i = 1, 2
-            mass(i, :m) = state%mass(first:last)
-         end do
-         if (alone((first - 1)/block_size + 1)) then
-            call kick_and_drift_alone(2*m, local_damping, kick, drift, mass, state%solid(:, first:last), &
-                                      state%v(:, first:last), state%u(:, first:last), work)
-            cycle
-         end if
-         free(:, :m) = merge(0.0_wp, 1.0_wp, loads%fixed(:, first:last))
-         call kick_and_drift(2*m, free, loads%velocity(:, first:last), motion, local_damping, kick, drift, mass, &
-                             state%solid(:, first:last), state%normal(:, first:last), state%friction(:, first:last), &
-                             state%load(:, first:last), viscous, state%v(:, first:last), state%u(:, first:last), work)
+      !$omp parallel do default(none) schedule(static) shared(loads, motion, local_damping, kick, drift, state, alone, work) &
+      !$omp& private(b)
+      do b = 1, size(alone)
+         call move_block(loads, motion, local_damping, kick, drift, (b - 1)*block_size + 1, &
+                         min(b*block_size, size(state%mass)), alone(b), state, work(:, b))
+      end do
+      !$omp end parallel do
+      total = 0.0_wp
+      do b = 1, size(alone)
+         total = total + work(:, b)
       end do
       associate (energy => state%energy)
-         energy%contact = energy%contact + work(1)
-         energy%friction = energy%friction + work(2)
-         energy%external = energy%external + work(3)
-         energy%damping = energy%damping + work(4)
-         energy%kinetic = work(5)
+         energy%contact = energy%contact + total(1)
+         energy%friction = energy%friction + total(2)
+         energy%external = energy%external + total(3)
+         energy%damping = energy%damping + total(4)
+         energy%kinetic = total(5)
       end associate
    end subroutine move_nodes
+
+   !> The same for a block of nodes.
+   pure subroutine move_block(loads, motion, local_damping, kick, drift, first, last, alone, state, work)
+      !> As in move_nodes
+      type(loads_t), intent(in) :: loads
+      real(wp), intent(in) :: motion, local_damping, kick, drift
+      integer, intent(in) :: first, last
+      !> Does the rock alone act on them?
+      logical, intent(in) :: alone
+      type(state_t), intent(inout) :: state
+      !> Work against contact and friction, of loads and reactions, against damping; kinetic energy [J per m]
+      real(wp), intent(out) :: work(5)
+      real(wp), dimension(2, block_size) :: viscous, mass, free
+      integer :: m, i
+
+      work = 0.0_wp
+      m = last - first + 1
+      do i = 1, 2
+         mass(i, :m) = state%mass(first:last)
+      end do
+      if (alone) then
+         call kick_and_drift_alone(2*m, local_damping, kick, drift, mass, state%solid(:, first:last), &
+                                   state%v(:, first:last), state%u(:, first:last), work)
+         return
+      end if
+      viscous = 0.0_wp
+      if (size(state%damping, 2) > 0) viscous(:, :m) = state%damping(:, first:last)
+      free(:, :m) = merge(0.0_wp, 1.0_wp, loads%fixed(:, first:last))
+      call kick_and_drift(2*m, free, loads%velocity(:, first:last), motion, local_damping, kick, drift, mass, &
+                          state%solid(:, first:last), state%normal(:, first:last), state%friction(:, first:last), &
+                          state%load(:, first:last), viscous, state%v(:, first:last), state%u(:, first:last), work)
+   end subroutine move_block
 
    !> One step of a block of nodes, without branches. The work of a force over the kick is f.(v_old + v_new)/2 kick, which
    !> changes the kinetic energy exactly; that of a prescribed node's reaction is found the same way.

@@ -21,7 +21,7 @@ module recut_m
    use crossings_m, only: corners_t
    use corners_m, only: corner_choices_t, keep_choices
    use contact_m, only: contact_t, contact_state_t
-   use solid_m, only: solid_stress, strain_energy, take_out
+   use solid_m, only: solid_stress, strain_energy, renumber, take_out
    use loads_m, only: init_loads
    use forces_m, only: find_forces, net_force, total_force
    use motion_m, only: undisturbed_blocks
@@ -103,7 +103,7 @@ contains
          parent = node_parents(before, model%split)
          mass = model%nodes%mass
          added = state%mass/max(model%nodes%mass, tiny(1.0_wp))
-         model%solid%node = model%split%triangle
+         call renumber(model%split%triangle, size(model%split%x, 2), model%solid)
          call take_out(there, model%solid)
          model%nodes = nodes_of(model)
          call follow_parents(parent, state)
@@ -163,7 +163,10 @@ contains
             law(i) = rock_law(model, first + i, setting(i))
          end do
          call add_bonds(model%bonds, state%bonds, model%joints%length(first + 1:), law, setting)
-         call place_bonds(model%bonds, model%split%joint(:, model%bonds%fractures + 1:), model%split%x)
+         associate (beside => model%split%joint_triangle(1, model%bonds%fractures + 1:))
+            call place_bonds(model%bonds, model%split%joint(:, model%bonds%fractures + 1:), model%split%x, &
+                             model%solid%patches%turn(beside), model%solid%patches%colour)
+         end associate
          do i = 1, size(breaks%edge)
             associate (j => first + i)
                call crack_law(model, setting(i), law(i), of_crack)

@@ -33,6 +33,7 @@ contains
       is_there = size(model%solid%node, 2) > 0
    end function is_there
 
+   !> The first of all terms: the forces of the rock start anew here.
    subroutine add_forces(model, state)
       type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state

@@ -36,6 +36,8 @@ module mesh_m
       !> Index into group of each triangle, line, point (0: none)
       integer, allocatable :: triangle_group(:), line_group(:), point_group(:)
       type(group_t), allocatable :: group(:)
+      !> First triangle of each patch of neighbours (patches); not allocated in a mesh that has not been ordered
+      integer, allocatable :: patch(:)
    end type mesh_t
 
    !> The mesh the solver works on. Fixed after splitting.

@@ -48,6 +48,7 @@ contains
       call fill_rows(part, maxval(part), first, order)
       mesh%triangle = mesh%triangle(:, order)
       mesh%triangle_group = mesh%triangle_group(order)
+      mesh%patch = pack(first(:size(first) - 1), first(2:) > first(:size(first) - 1))
 
       allocate (new_node(size(mesh%x, 2)))
       new_node = 0

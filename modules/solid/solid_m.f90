@@ -9,6 +9,7 @@
 !> Everything is built from displacements, not positions, so that small strains are not lost in cancellation.
 module solid_m
    use kinds_m, only: wp
+   use patches_m, only: patches_t, colour_patches
    implicit none
    private
 
@@ -32,15 +33,19 @@ module solid_m
       !> Stress S0 before any motion times area: sxx, syy, sxy, tension positive (3, triangles) [N/m per m of thickness], and the
       !> energy stored by it (triangles) [J per m]; not allocated where there is none
       real(wp), allocatable :: in_situ_area(:, :), in_situ_energy(:)
+      !> Patches of triangles that threads work on, and the nodes that are met first in each turn: those of turn t are
+      !> met(met_first(t):met_first(t + 1) - 1)
+      type(patches_t) :: patches
+      integer, allocatable :: met(:), met_first(:)
    end type solid_t
 
-   public :: init_solid, set_in_situ, take_out, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, &
+   public :: init_solid, renumber, set_in_situ, take_out, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, &
              in_situ_scale, strain_energy, solid_stiffness_bound, solid_damping_bound, decompose
 
 contains
 
    !> Set up the triangles. Degenerate triangles must have been refused before.
-   subroutine init_solid(x, triangle, density, young, poisson, solid)
+   subroutine init_solid(x, triangle, density, young, poisson, solid, patch)
       !> Reference coordinates (2, nodes) [m]
       real(wp), intent(in) :: x(:, :)
       !> Corner nodes, anticlockwise (3, triangles)
@@ -48,11 +53,18 @@ contains
       !> Density [kg/m3], Young's modulus [Pa], Poisson's ratio, each (triangles)
       real(wp), intent(in) :: density(:), young(:), poisson(:)
       type(solid_t), intent(out) :: solid
+      !> First triangle of each patch of neighbours (patches); one patch unless given
+      integer, intent(in), optional :: patch(:)
       integer :: e, n
       real(wp) :: p1(2), p2(2), p3(2), twice_area, longest
 
       n = size(triangle, 2)
-      solid%node = triangle
+      if (present(patch)) then
+         call colour_patches(triangle, size(x, 2), patch, solid%patches)
+      else
+         call colour_patches(triangle, size(x, 2), [1], solid%patches)
+      end if
+      call renumber(triangle, size(x, 2), solid)
       solid%density = density
       solid%young = young
       allocate (solid%b1(n), solid%c1(n), solid%b2(n), solid%c2(n), solid%area(n), solid%height(n))
@@ -85,6 +97,34 @@ contains
                                  - lambda/(2.0_wp*(lambda + mu))*(s(1, :) + s(2, :))**2)/(4.0_wp*mu)
       end associate
    end subroutine set_in_situ
+
+   !> Give the triangles their nodes, at first or after cuts: patches that share no node go on to share none.
+   subroutine renumber(triangle, nodes, solid)
+      !> Corner nodes (3, triangles), number of nodes
+      integer, intent(in) :: triangle(:, :), nodes
+      type(solid_t), intent(inout) :: solid
+      integer :: met(nodes), t, e, i, n
+      logical :: known(nodes)
+
+      solid%node = triangle
+      known = .false.
+      n = 0
+      if (allocated(solid%met_first)) deallocate (solid%met_first)
+      allocate (solid%met_first(size(solid%patches%first) + 1))
+      do t = 1, size(solid%patches%first)
+         solid%met_first(t) = n + 1
+         do e = solid%patches%first(t), solid%patches%last(t)
+            do i = 1, 3
+               if (known(triangle(i, e))) cycle
+               known(triangle(i, e)) = .true.
+               n = n + 1
+               met(n) = triangle(i, e)
+            end do
+         end do
+      end do
+      solid%met_first(size(solid%met_first)) = n + 1
+      solid%met = met(:n)
+   end subroutine renumber
 
    !> Triangles that are taken out have neither mass nor stiffness any more.
    pure subroutine take_out(there, solid)
@@ -130,23 +170,45 @@ contains
       end do
    end subroutine lumped_mass
 
-   !> Add the internal forces of the triangles, -f_int of eq 1, to the nodal forces.
-   pure subroutine solid_forces(solid, u, force)
+   !> The internal forces of the triangles, -f_int of eq 1.
+   subroutine solid_forces(solid, u, force)
       type(solid_t), intent(in) :: solid
       !> Displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: u(:, :)
-      !> Nodal force (2, nodes) [N per m of thickness]
+      !> Nodal force (2, nodes) [N per m of thickness]; that of nodes without triangles stays
       real(wp), contiguous, intent(inout) :: force(:, :)
-      integer :: first, last
+      integer :: c, t
 
-      do first = 1, size(solid%node, 2), block_size
-         last = min(first + block_size - 1, size(solid%node, 2))
+      !$omp parallel default(none) shared(solid, u, force) private(c, t)
+      do c = 1, size(solid%patches%colour) - 1
+         !$omp do schedule(static)
+         do t = solid%patches%colour(c), solid%patches%colour(c + 1) - 1
+            call strain_patch(solid, t, u, force)
+         end do
+         !$omp end do
+      end do
+      !$omp end parallel
+   end subroutine solid_forces
+
+   !> The same in one turn: the forces of nodes that are met first start here.
+   pure subroutine strain_patch(solid, t, u, force)
+      type(solid_t), intent(in) :: solid
+      integer, intent(in) :: t
+      real(wp), contiguous, intent(in) :: u(:, :)
+      real(wp), contiguous, intent(inout) :: force(:, :)
+      integer :: first, last, i
+
+      do i = solid%met_first(t), solid%met_first(t + 1) - 1
+         force(:, solid%met(i)) = 0.0_wp
+      end do
+      do first = solid%patches%first(t), solid%patches%last(t), block_size
+         last = min(first + block_size - 1, solid%patches%last(t))
          call strain_block(last - first + 1, size(u, 2), solid%node(:, first:last), solid%b1(first:last), solid%c1(first:last), &
                            solid%b2(first:last), solid%c2(first:last), solid%lambda_area(first:last), &
                            solid%mu_area(first:last), u, force)
       end do
-      if (allocated(solid%in_situ_area)) call in_situ_forces(solid, u, force)
-   end subroutine solid_forces
+      if (allocated(solid%in_situ_area)) call in_situ_forces(solid, solid%patches%first(t), solid%patches%last(t), u, force)
+   end subroutine strain_patch
 
    !> The same for a block of triangles. Shapes are explicit, so that the compiler knows how far nodes are apart.
    pure subroutine strain_block(n, nodes, node, b1, c1, b2, c2, lambda_area, mu_area, u, force)
@@ -189,9 +251,11 @@ contains
       call scatter(n, nodes, node, f1x, f1y, f2x, f2y, force)
    end subroutine strain_block
 
-   !> Add the part of the in-situ stress, P = F S0.
-   pure subroutine in_situ_forces(solid, u, force)
+   !> Add the part of the in-situ stress, P = F S0, of triangles that follow each other.
+   pure subroutine in_situ_forces(solid, from, to, u, force)
       type(solid_t), intent(in) :: solid
+      !> First and last triangle
+      integer, intent(in) :: from, to
       !> Displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: u(:, :)
       !> Nodal force (2, nodes) [N per m of thickness]
@@ -200,8 +264,8 @@ contains
       real(wp) :: p(2, 2)
       integer :: first, m, k, e
 
-      do first = 1, size(solid%node, 2), block_size
-         m = min(block_size, size(solid%node, 2) - first + 1)
+      do first = from, to, block_size
+         m = min(block_size, to - first + 1)
          do k = 1, m
             e = first + k - 1
             p = in_situ_part(solid, e, displacement_gradient(solid, e, u))
@@ -242,38 +306,56 @@ contains
    end function in_situ_part
 
    !> Add the forces of the viscous damping, Cauchy stress eta D with D the rate of deformation.
-   pure subroutine viscous_forces(solid, u, v, force)
+   subroutine viscous_forces(solid, u, v, force)
       type(solid_t), intent(in) :: solid
       !> Displacement (2, nodes) [m] and velocity (2, nodes) [m/s]
       real(wp), contiguous, intent(in) :: u(:, :), v(:, :)
       !> Nodal force (2, nodes) [N per m of thickness]
       real(wp), contiguous, intent(inout) :: force(:, :)
+      integer :: c, t, first
+
+      !$omp parallel default(none) shared(solid, u, v, force) private(c, t, first)
+      do c = 1, size(solid%patches%colour) - 1
+         !$omp do schedule(static)
+         do t = solid%patches%colour(c), solid%patches%colour(c + 1) - 1
+            do first = solid%patches%first(t), solid%patches%last(t), block_size
+               call flow_block(solid, first, min(first + block_size - 1, solid%patches%last(t)), u, v, force)
+            end do
+         end do
+         !$omp end do
+      end do
+      !$omp end parallel
+   end subroutine viscous_forces
+
+   !> The same for a block of triangles.
+   pure subroutine flow_block(solid, first, last, u, v, force)
+      type(solid_t), intent(in) :: solid
+      integer, intent(in) :: first, last
+      real(wp), contiguous, intent(in) :: u(:, :), v(:, :)
+      real(wp), contiguous, intent(inout) :: force(:, :)
       real(wp), dimension(block_size) :: f1x, f1y, f2x, f2y
       real(wp) :: f(2, 2), rate(2, 2), inverse(2, 2), det, gradient(2, 2), stress(2, 2), p(2, 2)
-      integer :: first, m, k, e
+      integer :: k, e
 
-      do first = 1, size(solid%node, 2), block_size
-         m = min(block_size, size(solid%node, 2) - first + 1)
-         do k = 1, m
-            e = first + k - 1
-            f = displacement_gradient(solid, e, u)
-            f(1, 1) = f(1, 1) + 1.0_wp
-            f(2, 2) = f(2, 2) + 1.0_wp
-            det = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
-            inverse(:, 1) = [f(2, 2), -f(2, 1)]/det
-            inverse(:, 2) = [-f(1, 2), f(1, 1)]/det
-            rate = displacement_gradient(solid, e, v)
-            gradient = matmul(rate, inverse)
-            stress = 0.5_wp*(gradient + transpose(gradient))*solid%viscosity_area(e)
-            p = det*matmul(stress, transpose(inverse))
-            f1x(k) = p(1, 1)*solid%b1(e) + p(1, 2)*solid%c1(e)
-            f1y(k) = p(2, 1)*solid%b1(e) + p(2, 2)*solid%c1(e)
-            f2x(k) = p(1, 1)*solid%b2(e) + p(1, 2)*solid%c2(e)
-            f2y(k) = p(2, 1)*solid%b2(e) + p(2, 2)*solid%c2(e)
-         end do
-         call scatter(m, size(force, 2), solid%node(:, first:first + m - 1), f1x, f1y, f2x, f2y, force)
+      do e = first, last
+         k = e - first + 1
+         f = displacement_gradient(solid, e, u)
+         f(1, 1) = f(1, 1) + 1.0_wp
+         f(2, 2) = f(2, 2) + 1.0_wp
+         det = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
+         inverse(:, 1) = [f(2, 2), -f(2, 1)]/det
+         inverse(:, 2) = [-f(1, 2), f(1, 1)]/det
+         rate = displacement_gradient(solid, e, v)
+         gradient = matmul(rate, inverse)
+         stress = 0.5_wp*(gradient + transpose(gradient))*solid%viscosity_area(e)
+         p = det*matmul(stress, transpose(inverse))
+         f1x(k) = p(1, 1)*solid%b1(e) + p(1, 2)*solid%c1(e)
+         f1y(k) = p(2, 1)*solid%b1(e) + p(2, 2)*solid%c1(e)
+         f2x(k) = p(1, 1)*solid%b2(e) + p(1, 2)*solid%c2(e)
+         f2y(k) = p(2, 1)*solid%b2(e) + p(2, 2)*solid%c2(e)
       end do
-   end subroutine viscous_forces
+      call scatter(last - first + 1, size(force, 2), solid%node(:, first:last), f1x, f1y, f2x, f2y, force)
+   end subroutine flow_block
 
    !> Subtract the corner forces of a block of triangles from the nodal forces.
    pure subroutine scatter(n, nodes, node, f1x, f1y, f2x, f2y, force)
