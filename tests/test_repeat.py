@@ -6,6 +6,7 @@ agreed; a coarse network in rock that breaks; a specimen with joints on every ed
 hundreds of increments.
 """
 
+import os
 import signal
 import subprocess
 import sys
@@ -78,6 +79,40 @@ def test_bonds_at_rest_that_are_stopped(femdem, tmp_path):
     assert len((whole / "cracks.csv").read_text().splitlines()) > 1
     assert stop_and_go_on(femdem, deck, stopped, 4) >= 2
     assert_same(whole, stopped, ("history.csv", "cracks.csv"))
+
+
+@pytest.mark.parametrize("text", ["", "insertion = 'everywhere', "], ids=["rock", "bonds"])
+def test_threads(text, femdem, tmp_path):
+    """Twelve patches of triangles on one thread, and on more than there are cores."""
+    mesher = [sys.executable, SPECIMENS, "rectangle", "--size", "0.014", "--out", tmp_path / "scene.msh"]
+    subprocess.run(mesher, check=True, capture_output=True, timeout=120)
+    deck = PRESS.read_text(encoding="utf-8").replace(
+        "cycles = 60, move_time = 3e-4", "cycles = 3, move_time = 2e-5"
+    )
+    if text:
+        deck = deck.replace(
+            "tensile_strength = 7e6, cohesion = 15e6", text + "tensile_strength = 2e4, cohesion = 5e4"
+        )
+        deck = deck.replace(
+            "friction_angle = 26.6, g_i = 100, g_ii = 500", "friction_angle = 5, g_i = 1e-3, g_ii = 5e-3"
+        )
+        assert "g_i = 1e-3" in deck
+    else:
+        deck = "".join(line for line in deck.splitlines(keepends=True) if not line.startswith("&cohesive"))
+    runs = {}
+    for threads in (1, 2, 3, 8):
+        place = tmp_path / f"of_{threads}"
+        (tmp_path / "deck.nml").write_text(
+            deck.replace("&run", f"&run threads = {threads},"), encoding="utf-8"
+        )
+        environment = {**os.environ, "OMP_WAIT_POLICY": "passive"}
+        command = [femdem, "--quiet", "--output", place, tmp_path / "deck.nml"]
+        subprocess.run(command, check=True, capture_output=True, timeout=300, env=environment)
+        runs[threads] = (place / "history.csv").read_bytes()
+        if text:
+            runs[threads] += (place / "cracks.csv").read_bytes()
+            assert runs[threads].count(b"\n") > 5, "nothing has broken"
+    assert len(set(runs.values())) == 1
 
 
 def test_a_closed_crack(femdem, tmp_path):

@@ -1,4 +1,4 @@
-!> Patches of elements that threads work on. Patches of one colour share no node, so they are worked on at the same time; the colours
+!> Patches of elements that threads work on. Patches of one colour share no node, so they are worked on at the same time; colours
 !> follow each other. Each node then gets its parts in an order that does not depend on the number of threads: the same sums to
 !> the last bit. One thread goes through the patches in the same order.
 module patches_m

@@ -27,10 +27,10 @@ module bond_m
    !> Bonds handled together: gathered, computed as vectors, scattered
    integer, parameter :: block_size = 64
 
-   !> What the vectorised loop needs of every bond, in the order in which it goes through them: by the turn of the patch of triangles
-   !> that they are in (patches_m). Bonds of patches that share no node share none.
+   !> What the vectorised loop needs of every bond, in the order in which it goes through them: by the turn of the patch of
+   !> triangles that they are in (patches_m). Bonds of patches that share no node share none.
    type, public :: bond_rows_t
-      !> First row of each turn, and one beyond the last (turns + 1), first turn of each colour (colours + 1), bond of each row (rows)
+      !> First row of each turn, and one beyond the last (turns + 1), first turn of each colour (colours + 1), bond of each row
       integer, allocatable :: first(:), colour(:), bond(:)
       !> Nodes A, B, A', B' (4, rows)
       integer, allocatable :: node(:, :)

@@ -71,6 +71,8 @@ contains
 
       bonds%fractures = fractures
       allocate (bonds%length(0), bonds%law(0), bonds%shift(2, bond_points, 0), bonds%setting(0), bonds%node(4, 0))
+      ! No colours
+      allocate (bonds%rows%colour(1), source=1)
       allocate (memory%point(bond_points, 0), memory%active(0), memory%watch(0), memory%broken(0), memory%event(0))
    end subroutine init_bonds
 
