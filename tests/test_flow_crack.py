@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from flow_grid import Grid, close, run, snapshots, table
+from test_repeat import assert_same, stop_and_go_on
 
 RUN = "&run mesh = 'mesh.msh', solver = 'implicit' /\n"
 YOUNG, POISSON = 30e9, 0.25
 RATE = 1e-5
 WIDTH = 0.04
 COHESIVE = (
-    "&cohesive group = 'rock', curve = '{}', insertion = 'regions', tensile_strength = 5e6, cohesion = 20e6,"
+    "&cohesive group = 'rock', curve = '{}', insertion = {}, tensile_strength = 5e6, cohesion = 20e6,"
     " friction_angle = 30, g_i = 30, g_ii = 300 /\n"
 )
 
@@ -38,14 +39,14 @@ def half_a_crack(folder, notch=2, longest=15, extent=4.0, growth=1.5):
     return np.array([0, middle])
 
 
-def injection(times, steps, curve="path"):
+def injection(times, steps, curve="path", insertion="'regions'"):
     """Deck: rock of mode-I toughness sqrt(G E/(1 - nu^2)), fluid without viscosity to speak of, half the rate in half the crack."""
     deck = RUN + f"&material group = 'rock', density = 2500, young = {YOUNG}, poisson = {POISSON} /\n"
     deck += (
         "&joint group = 'notch', law = 'coulomb', friction_angle = 30, normal = 'penalty', a0_mm = 0.01 /\n"
     )
     deck += "&boundary group = 'left', vx = 0 /\n&boundary group = 'corner_sw', vy = 0 /\n&boundary group = 'corner_se', vy = 0 /\n"
-    deck += COHESIVE.format(curve) + "&fluid viscosity = 1e-6, compressibility = 0 /\n"
+    deck += COHESIVE.format(curve, insertion) + "&fluid viscosity = 1e-6, compressibility = 0 /\n"
     deck += "&flow coupling = 'two-way', permeability = .false., max_passes = 60 /\n"
     deck += f"&transient step = {times[0] / steps}, steps = 'fixed' /\n&flow_boundary group = 'well', rate = {RATE / 2} /\n"
     before = 0.0
@@ -82,6 +83,24 @@ def test_fluid_opens_a_crack_and_fills_it(femdem, tmp_path):
     # Cracks keep to the line
     with open(tmp_path / "results" / "cracks.csv", encoding="utf-8") as file:
         assert len(file.readlines()) == 1 + round(lengths[-1] / WIDTH) - 2
+
+
+@pytest.mark.fast
+def test_edges_cut_on_the_way_are_filled_and_a_stop_leaves_no_trace(femdem, tmp_path):
+    half_a_crack(tmp_path)
+    # Coarse elements feel little of the tip: edges are cut at a third of the strength
+    deck = injection([0.2, 0.5, 1.0], 4, insertion="'adaptive', insertion_level = 0.3")
+    for time in (0.2, 0.3, 0.5):
+        deck = deck.replace(f"move_time = {time}, ", f"move_time = {time / 5:g}, cycles = 5, ")
+    _, _, found = snapshots(femdem, tmp_path, deck)
+    conducts = found[-1]["hydraulic_aperture_mm"] > 0
+    assert conducts.sum() > 2
+    volume = 1e-3 * WIDTH * found[-1]["aperture_mm"][conducts].sum() - 2 * WIDTH * 1e-5
+    assert volume == close(RATE / 2, 1e-4)
+    assert stop_and_go_on(femdem, tmp_path / "deck.nml", tmp_path / "stopped", 3) >= 2
+    assert_same(
+        tmp_path / "results", tmp_path / "stopped", ("history.csv", "edges.csv", "flow.csv", "cracks.csv")
+    )
 
 
 @pytest.mark.fast
