@@ -361,6 +361,26 @@ def write_cracks(directory):
     return directory
 
 
+def test_emission_has_the_b_value_of_its_events(tmp_path):
+    """Magnitudes drawn with b = 1.2 give it back within its error; cracks side by side are one event with their summed tensor."""
+    from femdem.figures import emission
+
+    chance = np.random.default_rng(5)
+    magnitude = -4 + chance.exponential(np.log10(np.e) / 1.2, 4000)
+    least, b, error = emission.b_value(magnitude, -3.9)
+    assert abs(b - 1.2) < 3 * error
+    assert error < 0.03
+    directory = write_network(tmp_path)
+    names = "time_s,x_m,y_m,length_m,mxx_N,myy_N,mxy_N,mzz_N,magnitude"
+    lines = [names, "1,0,0,1,0,0,1e6,0,-2", "1.1,0.5,0,1,0,0,1e6,0,-2", "1.1,9,0,1,0,0,1e6,0,-2"]
+    (directory / "cracks.csv").write_text("\n".join(lines) + "\n")
+    time, found = emission.read_events(Results(directory), (0.2, 1.0))
+    assert sorted(time) == [1.0, 1.1]
+    # Twice the moment per thickness on twice the width
+    assert np.ptp(found) == pytest.approx(2 / 3 * np.log10(4))
+    assert script("emission", directory, "--cluster", "0.2", "1.0", "--out", tmp_path / "emission")
+
+
 def test_cracks_of_an_older_run_in_the_directory_are_not_drawn(tmp_path):
     from femdem.figures import maps as network_maps
 

@@ -14,7 +14,7 @@ module bonds_m
    public :: bond_values, restore_bonds, event_values, restore_events
 
    !> Numbers that make up a bond (does it hold, is it broken, law, shifts, points) and a crack event
-   integer, parameter :: flags = 2, shift_value_count = 2*bond_points, event_value_count = 8
+   integer, parameter :: flags = 2, shift_value_count = 2*bond_points, event_value_count = 12
    integer, parameter, public :: bond_value_count = flags + cohesive_value_count + shift_value_count + &
                                  bond_points*point_value_count
 
@@ -28,6 +28,8 @@ module bonds_m
       !> mode_i, mode_ii or mode_mixed of bond_m, and the energy spent [J per m of thickness]
       integer :: mode = 0
       real(wp) :: energy = 0.0_wp
+      !> Moments xx, yy, xy, zz, opening positive (crack_moment) [N m per m of thickness]
+      real(wp) :: moment(4) = 0.0_wp
    end type crack_event_t
 
    !> All bonds, in the order in which they were put in: joint elements that follow those of the fractures
@@ -296,7 +298,7 @@ contains
       allocate (value(event_value_count, size(memory%event)))
       do i = 1, size(memory%event)
          associate (e => memory%event(i))
-            value(:, i) = [e%time, real(e%stage, wp), e%place, e%angle, e%length, real(e%mode, wp), e%energy]
+            value(:, i) = [e%time, real(e%stage, wp), e%place, e%angle, e%length, real(e%mode, wp), e%energy, e%moment]
          end associate
       end do
    end function event_values
@@ -309,7 +311,8 @@ contains
       integer :: i
 
       memory%event = [(crack_event_t(time=value(1, i), stage=nint(value(2, i)), place=value(3:4, i), angle=value(5, i), &
-                                     length=value(6, i), mode=nint(value(7, i)), energy=value(8, i)), i=1, size(value, 2))]
+                                     length=value(6, i), mode=nint(value(7, i)), energy=value(8, i), moment=value(9:12, i)), i=1, &
+                       size(value, 2))]
    end subroutine restore_events
 
 end module bonds_m

@@ -7,6 +7,7 @@ module cracks_m
    use bond_m, only: bond_is_broken, bond_has_parted, bond_energy, bond_mode, bond_weight
    use bonds_m, only: crack_event_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
+   use emission_m, only: crack_moment
    use edges_m, only: next_corner
    use model_m, only: model_t
    use solid_m, only: solid_stress
@@ -95,9 +96,11 @@ contains
       type(state_t), intent(inout) :: state
       integer, intent(in) :: b
       type(crack_event_t), intent(out) :: event
+      type(joint_frame_t) :: frame
       real(wp) :: along(2), energy(2)
 
       associate (x => model%split%x, node => model%bonds%node(:, b))
+         frame = joint_kinematics(x(:, node), state%u(:, node))
          along = x(:, node(2)) - x(:, node(1))
          event%place = model%split%datum + 0.5_wp*(x(:, node(1)) + x(:, node(2)))
       end associate
@@ -109,6 +112,11 @@ contains
       energy = bond_energy(event%length, state%bonds%point(:, b))
       event%mode = bond_mode(energy)
       event%energy = sum(energy)
+      associate (solid => model%solid, beside => model%split%joint_triangle(:, model%bonds%fractures + b))
+         event%moment = crack_moment(event%length, frame%j, frame%shear*frame%i + frame%opening*frame%j, &
+                                     0.5_wp*sum(solid%lambda_area(beside)/solid%area(beside)), &
+                                     0.5_wp*sum(solid%mu_area(beside)/solid%area(beside)))
+      end associate
       state%bonds%broken(b) = .true.
    end subroutine note_event
 

@@ -2,6 +2,7 @@
 module crack_results_m
    use bond_m, only: mode_i, mode_ii, mode_mixed
    use bonds_m, only: crack_event_t
+   use emission_m, only: crack_magnitude
    use errors_m, only: error_list_t
    use files_m, only: replace_file
    use text_m, only: ten_digits, exact_text, csv_text
@@ -26,7 +27,7 @@ contains
 
       open (newunit=unit, file=trim(path)//'.part', action='write', status='replace', iostat=status, iomsg=message)
       if (status == 0) write (unit, '(a)', iostat=status, iomsg=message) &
-         'time_s,stage,x_m,y_m,angle_deg,length_m,mode,energy_J'
+         'time_s,stage,x_m,y_m,angle_deg,length_m,mode,energy_J,mxx_N,myy_N,mxy_N,mzz_N,magnitude'
       do i = 1, size(event)
          if (status == 0) write (unit, '(a)', iostat=status, iomsg=message) row(event(i), stage_name)
       end do
@@ -66,7 +67,9 @@ contains
 
       line = ten_digits(event%time)//','//csv_text(stage_name(event%stage))//','//exact_text(event%place(1))//','// &
              exact_text(event%place(2))//','//ten_digits(event%angle)//','//ten_digits(event%length)//','// &
-             trim(mode_name(event%mode))//','//ten_digits(event%energy)
+             trim(mode_name(event%mode))//','//ten_digits(event%energy)//','//ten_digits(event%moment(1))//','// &
+             ten_digits(event%moment(2))//','//ten_digits(event%moment(3))//','//ten_digits(event%moment(4))//','// &
+             ten_digits(crack_magnitude(event%length, event%moment))
    end function row
 
 end module crack_results_m
