@@ -367,7 +367,7 @@ def test_emission_has_the_b_value_of_its_events(tmp_path):
 
     chance = np.random.default_rng(5)
     magnitude = -4 + chance.exponential(np.log10(np.e) / 1.2, 4000)
-    least, b, error = emission.b_value(magnitude, -3.9)
+    _, b, error = emission.b_value(magnitude, -3.9)
     assert abs(b - 1.2) < 3 * error
     assert error < 0.03
     directory = write_network(tmp_path)

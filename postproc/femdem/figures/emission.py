@@ -4,8 +4,9 @@ femdem-plot emission results --out emission
 femdem-plot emission results --cluster 1e-4 0.1
 
 With --cluster cracks that follow each other within a time and a distance are one event (Hazzard and Young 2004): its moment tensor
-is the sum of theirs, its width the sum of their lengths. Prints the b value by the largest likelihood (Aki 1965, with the bin's half width of Utsu) above the magnitude of completeness: the
-fullest bin, or --least. Magnitudes are those of cracks.csv, each for a crack as wide as it is long.
+is the sum of theirs, its width the sum of their lengths. Prints the b value by the largest likelihood (Aki 1965, with the bin's
+half width of Utsu) above the magnitude of completeness: the fullest bin, or --least. Magnitudes are those of cracks.csv, each for a
+crack as wide as it is long.
 """
 
 import csv
