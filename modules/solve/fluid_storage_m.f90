@@ -143,7 +143,8 @@ contains
          do i = 1, size(conductors%line, 2)
             if (max(model%mechanical(i), storage%content(i)) > 0.0_wp) open_length = open_length + line_length(conductors, i)
          end do
-         least_stiffness = storage%young/min(open_length, storage%extent)
+         least_stiffness = 0.0_wp
+         if (open_length > 0.0_wp) least_stiffness = storage%young/min(open_length, storage%extent)
          do i = 1, size(conductors%line, 2)
             associate (node => conductors%line(:, i), wide => model%mechanical(i))
                if (.not. max(wide, storage%content(i)) > 0.0_wp) cycle
