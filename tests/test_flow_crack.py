@@ -10,13 +10,14 @@ RUN = "&run mesh = 'mesh.msh', solver = 'implicit' /\n"
 YOUNG, POISSON = 30e9, 0.25
 RATE = 1e-5
 WIDTH = 0.04
+LONGEST = 15
 COHESIVE = (
     "&cohesive group = 'rock', curve = '{}', insertion = {}, tensile_strength = 5e6, cohesion = 20e6,"
     " friction_angle = 30, g_i = 30, g_ii = 300 /\n"
 )
 
 
-def half_a_crack(folder, notch=2, longest=15, extent=4.0, growth=1.5):
+def half_a_crack(folder, notch=2, longest=LONGEST, extent=4.0, growth=1.5):
     """Rock on one side of a well, with a notch at it and the line that the crack is to take; place of the well.
 
     notch, longest: elements of the notch, and of notch and line; beyond them elements grow by a factor up to an extent.
@@ -97,6 +98,8 @@ def test_edges_cut_on_the_way_are_filled_and_a_stop_leaves_no_trace(femdem, tmp_
     assert conducts.sum() > 2
     volume = 1e-3 * WIDTH * found[-1]["aperture_mm"][conducts].sum() - 2 * WIDTH * 1e-5
     assert volume == close(RATE / 2, 1e-4)
+    # Edges beside the line feel a third of the strength too
+    assert len(found[-1]["damage"]) <= LONGEST
     assert stop_and_go_on(femdem, tmp_path / "deck.nml", tmp_path / "stopped", 3) >= 2
     assert_same(
         tmp_path / "results", tmp_path / "stopped", ("history.csv", "edges.csv", "flow.csv", "cracks.csv")

@@ -4,9 +4,10 @@
     python3 tests/bench/scenes.py [--sizes 0.0218 0.0099 0.005 0.0034] [--threads 1 2] [--work 1e8] [--results results/bench]
 
 Sizes are those of the elements of a specimen of 0.5 m by 1 m (0.0011: 1e6 triangles). Each is run as rock alone and with joints
-on every edge, for about --work triangle-steps. Writes scenes.csv: kind, triangles, threads, user time, speed by the clock, and
-the share of each kind of work in per cent, as the run tells them. Prints how speed goes with size: the exponent of a power law
-through the first and the last size. Nothing is asserted: speed belongs to the machine.
+on every edge, for about --work triangle-steps. Writes scenes.csv: kind, triangles, threads, user time of the whole program,
+speed by the clock while it steps, and the share of each kind of work in per cent, as the run tells them; and the figure
+bench_scenes. Prints how speed goes with size: the exponent of a power law through the first and the last size. Nothing is
+asserted: speed belongs to the machine.
 """
 
 import argparse
@@ -20,6 +21,11 @@ import sys
 from pathlib import Path
 
 TOP = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(TOP / "postproc"))
+import matplotlib.pyplot as plt  # noqa: E402
+
+from femdem.figures import style  # noqa: E402
+
 SPECIMENS = TOP / "tests" / "scenes" / "_specimens" / "specimens.py"
 DECK = """&run title = 'Speed', mesh = '{mesh}', solver = 'explicit', threads = {threads}, long = .true. /
 &material group = 'rock', density = 2700, young = 30e9, poisson = 0.27 /
@@ -65,6 +71,27 @@ def measure(folder, mesh, kind, threads, work):
     } | shares
 
 
+def draw(rows, out):
+    """Speed against size, a line for each kind and number of threads."""
+    figure, axes = plt.subplots(figsize=(90 * style.MM, 65 * style.MM), layout="constrained")
+    names = {"rock": "rock alone", "joints": "joints on every edge"}
+    for index, kind in enumerate(KINDS):
+        for threads in sorted({row["threads"] for row in rows}):
+            part = [row for row in rows if row["kind"] == kind and row["threads"] == threads]
+            axes.plot(
+                [row["triangles"] for row in part],
+                [row["million_a_second"] for row in part],
+                marker="o",
+                linestyle="-" if threads == 1 else "--",
+                color=style.PALETTE[index],
+                label=f"{names[kind]}, {threads} thread{'s' * (threads > 1)}",
+            )
+    axes.set(xscale="log", yscale="log", xlabel="Triangles", ylabel="Million triangle-steps a second")
+    axes.set_ylim(bottom=2)
+    axes.legend()
+    style.save(figure, out, None, None)
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -90,6 +117,7 @@ def main():
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows(rows)
+    draw(rows, arguments.results / "bench_scenes")
     for kind in KINDS:
         one = [row for row in rows if row["kind"] == kind and row["threads"] == arguments.threads[0]]
         if len(one) < 2:
