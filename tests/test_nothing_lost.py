@@ -207,6 +207,7 @@ def test_locks_of_others(content, expect, femdem, tmp_path):
 # ---- Damaged checkpoints ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fast
 def test_every_damaged_checkpoint_is_refused(femdem, whole, tmp_path):
     """A byte changed anywhere, or the end missing"""
     write(tmp_path)

@@ -26,7 +26,7 @@ module rock_term_m
 
 contains
 
-   !> Always.
+   !> Where there is rock: in every scene that moves.
    pure logical function is_there(model)
       type(model_t), intent(in) :: model
 
