@@ -1,6 +1,7 @@
 """Runs that are killed and go on: for the check.py of scenes about restarts."""
 
 import os
+import shutil
 import subprocess
 import time
 from pathlib import Path
@@ -18,6 +19,7 @@ def rows(path):
 def kill_midway(folder, deck, table, enough):
     """Start a deck again and kill it (SIGKILL) as soon as a table of its results has enough rows; the results directory."""
     killed = Path(folder) / "killed"
+    shutil.rmtree(killed, ignore_errors=True)
     command = [os.environ["FEMDEM"], "--quiet", "--output", killed, deck]
     with subprocess.Popen(command, cwd=folder) as run:
         while run.poll() is None and rows(killed / table) < enough:

@@ -369,7 +369,35 @@ contains
          now%springs%before(:, i) = displacement(:, self%layer(i))
          if (before > 0) now%springs%before(:, i) = before_cut%springs%before(:, before)
       end do
+      if (self%options%impacts) call now%impacts%carry_on(before_cut%impacts, same_objects(self, old, parent), self%node)
    end subroutine carry_on
+
+   !> The object that each object of another contact has become, 0 for none (objects of the other one).
+   pure function same_objects(self, old, parent) result(object)
+      class(contact_t), intent(in) :: self, old
+      !> Node of the old mesh that each node was (nodes)
+      integer, intent(in) :: parent(:)
+      integer :: object(size(old%node, 2))
+      !> First object at each old node, as its first corner, and the next one there (objects)
+      integer :: first(size(old%place)), next(size(self%node, 2))
+      integer :: i, k
+
+      first = 0
+      do i = 1, size(next)
+         associate (corner => parent(self%node(1, i)))
+            next(i) = first(corner)
+            first(corner) = i
+         end associate
+      end do
+      object = 0
+      do i = 1, size(object)
+         k = first(old%node(1, i))
+         do while (k > 0)
+            if (all(parent(self%node(:, k)) == old%node(:, i))) object(i) = k
+            k = next(k)
+         end do
+      end do
+   end function same_objects
 
    !> Number of pairs near each other since the last search.
    pure integer function pairs(now)
@@ -806,7 +834,7 @@ contains
       real(wp), intent(in) :: values(:)
       type(contact_state_t), intent(inout) :: now
       integer, parameter :: single_values = 2, edge_arrays = 4, node_arrays = 2
-      real(wp) :: displacement(2, size(split%x, 2))
+      real(wp) :: displacement(2, size(split%x, 2)), normal_force(2, size(split%x, 2)), energy
       integer :: edges, first, searches
 
       edges = size(now%springs%elongation)
@@ -828,6 +856,14 @@ contains
       first = first + edge_arrays*edges
       now%springs%before = reshape(values(first + 1:first + size(now%springs%before)), shape(now%springs%before))
       now%loaded = any(now%normal > 0.0_wp)
+      if (.not. self%options%impacts) return
+      ! The overlaps of the last step, found again where it left them
+      displacement = 0.0_wp
+      displacement(:, self%layer) = now%springs%before
+      normal_force = 0.0_wp
+      call now%impacts%forget()
+      call place_objects(self, split, displacement, now)
+      call push_pairs(self, split, displacement, now, normal_force, energy)
    end function restore_state
 
    !> Box around a triangle: xmin, xmax, ymin, ymax.

@@ -40,6 +40,7 @@ module impact_m
    contains
       procedure :: start
       procedure :: forget
+      procedure :: carry_on
       procedure :: begin
       procedure :: note
       procedure :: compare
@@ -65,6 +66,23 @@ contains
 
       self%number = 0
    end subroutine forget
+
+   !> Go on with the overlaps of the same rock before it was cut: those of triangles that have parted since are new.
+   pure subroutine carry_on(self, old, object, node)
+      class(impacts_t), intent(inout) :: self
+      type(impacts_t), intent(in) :: old
+      !> What each object of old is now, 0 for none (objects of old); nodes of the objects (3, objects)
+      integer, intent(in) :: object(:), node(:, :)
+      integer :: i
+
+      do i = 1, old%number
+         associate (target => object(old%now(i)%target), contactor => object(old%now(i)%contactor))
+            if (target == 0 .or. contactor == 0) cycle
+            call self%note(target, contactor, node(:, target), node(:, contactor), old%now(i)%force(:, :corners), &
+                           old%now(i)%force(:, corners + 1:), old%now(i)%energy)
+         end associate
+      end do
+   end subroutine carry_on
 
    !> The overlaps of another displacement follow.
    pure subroutine begin(self)

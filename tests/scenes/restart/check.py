@@ -1,4 +1,4 @@
-"""Kill the run midway (SIGKILL), read what is there, restart it, and compare with the run that was left alone."""
+"""Kill the run (SIGKILL) in either stage, read what is there, restart it, and compare with the run that was left alone."""
 
 from pathlib import Path
 
@@ -7,16 +7,22 @@ import numpy as np
 from scene_motion import Results
 from scene_restart import go_on, kill_midway, same_fields, same_tables
 
-ROWS = 30  # of 80: in the middle of the second stage
+# Of 80: in the first stage, where the block comes down on the rock, and in the second, where it hops and slides
+ROWS = 10, 30, 66
 
 
 def check(results):
+    for rows in ROWS:
+        check_kill(results, rows)
+
+
+def check_kill(results, rows):
     folder = Path(results).parent
-    killed = kill_midway(folder, "restart.nml", "history.csv", ROWS)
+    killed = kill_midway(folder, "restart.nml", "history.csv", rows)
     left = Results(killed)
-    assert ROWS <= len(left.history) < 80, f"{len(left.history)} rows after the kill"
+    assert rows <= len(left.history) < 80, f"{len(left.history)} rows after the kill"
     # The snapshot of the last row may not have been written yet
-    assert len(left.fields.steps) >= ROWS // 5 - 1, "snapshots are missing after the kill"
+    assert len(left.fields.steps) >= rows // 5 - 1, "snapshots are missing after the kill"
     assert np.isfinite(left.fields.read("displacement")).all(), "the last snapshot is not whole"
     print(f"killed after {len(left.history)} rows, {len(left.fields.steps)} snapshots")
     go_on(folder, "restart.nml", killed)
