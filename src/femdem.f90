@@ -30,6 +30,7 @@ program femdem
    use cracks_m, only: breaks_t
    use recut_m, only: recut
    use excavation_m, only: find_excavation, say_excavation, end_relief
+   use held_m, only: hold_absorbing_sides
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
    use effort_m, only: check_effort
@@ -183,6 +184,7 @@ contains
 
       if (stage > done%stage) call end_relief(state)
       call begin_stage(model, stage, state)
+      if (stage > done%stage) call hold_absorbing_sides(model, stage, state)
       if (stage == 1 .and. done%stage == 0 .and. deck%in_situ%line > 0) call say_in_situ(model, state, log)
       if (stage > done%stage) call find_excavation(model, stage, breaks)
       if (.not. breaks%any()) return

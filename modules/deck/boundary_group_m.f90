@@ -1,4 +1,4 @@
-!> The group &boundary: a velocity, traction, pressure or far-field stress on a physical group of the mesh.
+!> The group &boundary: a velocity, traction, pressure, far-field stress or dashpots on a physical group of the mesh.
 module boundary_group_m
    use kinds_m, only: wp
    use constants_m, only: unset, is_set
@@ -15,10 +15,10 @@ module boundary_group_m
 
    !> What a boundary can prescribe, and the indices of the velocity, of the loads on edges and of the far-field stress
    character(len=*), parameter, public :: prescribable(*) = &
-                                          [character(len=8) :: 'vx', 'vy', 'tx', 'ty', 'pressure', 'sxx', 'syy', 'sxy']
+                                          [character(len=9) :: 'vx', 'vy', 'tx', 'ty', 'pressure', 'sxx', 'syy', 'sxy', 'absorbing']
    integer, parameter :: velocities(*) = [1, 2], stresses(*) = [6, 7, 8]
-   !> Indices of the loads, which act on edges
-   integer, parameter, public :: edge_loads(*) = [3, 4, 5, 6, 7, 8]
+   !> Indices of the loads, and of all that acts on edges
+   integer, parameter, public :: loads(*) = [3, 4, 5, 6, 7, 8], on_edges(*) = [loads, 9]
    !> Stage of a boundary that acts in every stage
    character(len=*), parameter, public :: every_stage = 'all'
 
@@ -46,6 +46,8 @@ module boundary_group_m
       real(wp) :: syy = unset
       !> Far-field stress xy; 0 when only sxx and syy are given [Pa]
       real(wp) :: sxy = unset
+      !> Do waves leave through the edges?
+      logical :: absorbing = .false.
    end type boundary_t
 
 contains
@@ -82,6 +84,7 @@ contains
       call variables%keep('sxx', boundary%sxx)
       call variables%keep('syy', boundary%syy)
       call variables%keep('sxy', boundary%sxy)
+      call variables%keep('absorbing', boundary%absorbing)
    end subroutine name_variables
 
    !> The boundary has a place and a stage, prescribes something, and nothing twice.
@@ -109,7 +112,7 @@ contains
          call check_needed(errors, slice, 'sxx', boundary%sxx, 'a far-field stress')
          call check_needed(errors, slice, 'syy', boundary%syy, 'a far-field stress')
       end if
-      if (any(given(velocities)) .and. any(given(edge_loads))) then
+      if (any(given(velocities)) .and. any(given(loads))) then
          call errors%add(place//'prescribes a velocity and a load: must be one or the other; write '// &
                          'two &boundary groups')
       else
@@ -122,8 +125,8 @@ contains
       type(boundary_t), intent(in) :: boundary
       logical :: prescribed(size(prescribable))
 
-      prescribed = is_set([boundary%vx, boundary%vy, boundary%tx, boundary%ty, boundary%pressure, &
-                           boundary%sxx, boundary%syy, boundary%sxy])
+      prescribed = [is_set([boundary%vx, boundary%vy, boundary%tx, boundary%ty, boundary%pressure, &
+                            boundary%sxx, boundary%syy, boundary%sxy]), boundary%absorbing]
    end function prescribed
 
    !> Names of all prescribable variables, for a message.
@@ -137,7 +140,8 @@ contains
       end do
    end function all_prescribed
 
-   !> A velocity and a traction in the same direction, or a far-field stress and anything else, cannot both hold.
+   !> A velocity and a traction in the same direction or dashpots, or a far-field stress and any other load or velocity, cannot both
+   !> hold.
    subroutine check_clash(place, mine, others, where, errors)
       !> Start of the message
       character(len=*), intent(in) :: place
@@ -147,7 +151,7 @@ contains
       character(len=*), intent(in) :: where
       type(error_list_t), intent(inout) :: errors
       !> Pairs that exclude each other, as indices into prescribable
-      integer, parameter :: first(*) = [1, 2, 6, 6, 6, 6, 6], second(*) = [3, 4, 3, 4, 5, 1, 2]
+      integer, parameter :: first(*) = [1, 2, 1, 2, 6, 6, 6, 6, 6], second(*) = [3, 4, 9, 9, 3, 4, 5, 1, 2]
       integer :: i
 
       do i = 1, size(first)

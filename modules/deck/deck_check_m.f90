@@ -102,6 +102,10 @@ contains
       do i = 1, size(deck%initial)
          call errors%add(at(deck, deck%initial(i)%line, 'initial')//'initial velocities'//instead//'solver = ''explicit''')
       end do
+      do i = 1, size(deck%boundary)
+         if (deck%boundary(i)%absorbing) call errors%add(at(deck, deck%boundary(i)%line, 'boundary')//'absorbing'//instead// &
+                                                         'solver = ''explicit''')
+      end do
    end subroutine check_at_rest
 
    !> Groups without which there is nothing to run.

@@ -8,6 +8,7 @@ module loads_m
    use constants_m, only: is_set, unset
    use mesh_m, only: split_mesh_t, find_group, a_point, a_curve, a_surface, curve_first
    use boundary_group_m, only: boundary_t
+   use absorbing_m, only: absorbing_t, absorbing_sides
    implicit none
    private
 
@@ -35,9 +36,12 @@ module loads_m
       real(wp), allocatable :: pressure_start(:), pressure_end(:)
       !> Nodes of the edges under pressure, rock on the left (2, loaded edges), and their surface edge
       integer, allocatable :: pressure_edge(:, :), pressure_surface(:)
+      !> Dashpots of the sides that absorb waves
+      type(absorbing_t) :: absorbing
    end type loads_t
 
-   public :: init_loads, start_stage, nodal_loads, pressure_stiffness, group_nodes, smooth_ramp, stage_number
+   public :: init_loads, start_stage, start_absorbing, absorbing_edges, on_group, nodal_loads, pressure_stiffness, group_nodes, &
+             smooth_ramp, stage_number
 
 contains
 
@@ -68,6 +72,7 @@ contains
    !> Compile the boundary conditions of a stage. Velocities: what is given for this stage, else for all stages. Loads:
    !> what was given last, for this stage or one before it, else for all stages. Each component goes its own way: a stage
    !> that gives vx leaves alone the vy given for all stages. Where two groups share nodes, the later of the deck holds.
+   !> What absorbs waves is not held any more.
    subroutine start_stage(split, boundary, stage_name, stage, body_force, loads)
       type(split_mesh_t), intent(in) :: split
       type(boundary_t), intent(in) :: boundary(:)
@@ -95,6 +100,7 @@ contains
             if (boundary(other)%group /= condition%group) cycle
             if (given_in(other) > stage .or. given_in(other) <= given_in(b)) cycle
             if (given_in(other) == stage) call replace_motion(condition, boundary(other))
+            if (boundary(other)%absorbing) call end_motion(condition)
             call replace_load(condition, boundary(other))
          end do
          call prescribe_velocity(split, condition, loads)
@@ -120,6 +126,36 @@ contains
       if (is_set(later%vx)) condition%vx = unset
       if (is_set(later%vy)) condition%vy = unset
    end subroutine replace_motion
+
+   !> Dashpots of the sides that absorb in a stage: those given for it, for one before it, or for all.
+   subroutine start_absorbing(split, boundary, stage_name, stage, impedance, loads)
+      type(split_mesh_t), intent(in) :: split
+      type(boundary_t), intent(in) :: boundary(:)
+      !> Names of all stages in order, and the number of the one that starts
+      character(len=*), intent(in) :: stage_name(:)
+      integer, intent(in) :: stage
+      !> rho cp and rho cs of the rock (2, triangles) [Pa s/m]
+      real(wp), intent(in) :: impedance(:, :)
+      type(loads_t), intent(inout) :: loads
+
+      loads%absorbing = absorbing_sides(split, absorbing_edges(split, boundary, stage_name, stage), impedance)
+   end subroutine start_absorbing
+
+   !> Which surface edges absorb in a stage (surface edges).
+   function absorbing_edges(split, boundary, stage_name, stage) result(edge)
+      type(split_mesh_t), intent(in) :: split
+      type(boundary_t), intent(in) :: boundary(:)
+      character(len=*), intent(in) :: stage_name(:)
+      integer, intent(in) :: stage
+      logical, allocatable :: edge(:)
+      integer :: b
+
+      allocate (edge(size(split%surface, 2)), source=.false.)
+      do b = 1, size(boundary)
+         if (.not. boundary(b)%absorbing .or. stage_number(stage_name, boundary(b)%stage) > stage) cycle
+         edge = edge .or. on_group(split, boundary(b)%group)
+      end do
+   end function absorbing_edges
 
    !> Take out of a condition the loads that a later one gives. A far-field stress is the whole traction on its edges: it
    !> replaces and is replaced by any other load.

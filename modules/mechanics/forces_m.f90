@@ -7,7 +7,7 @@ module forces_m
    implicit none
    private
 
-   public :: find_forces, find_energies, stiffness_bound, net_force, total_force
+   public :: find_forces, find_energies, stiffness_bound, net_force, total_force, forces_now
 
 contains
 
@@ -91,5 +91,20 @@ contains
       force = net_force(state)
       if (size(state%damping, 2) > 0) force = force + state%damping
    end function total_force
+
+   !> All forces on the nodes, joints taken there from what they remember (2, nodes) [N per m of thickness].
+   function forces_now(model, level, state) result(force)
+      type(model_t), intent(in) :: model
+      !> Loads: 0 at the start of the stage, 1 at its end
+      real(wp), intent(in) :: level
+      type(state_t), intent(in) :: state
+      real(wp) :: force(2, size(state%u, 2))
+      type(state_t) :: trial
+      logical :: searched
+
+      trial = state
+      call find_forces(model, level, trial, searched)
+      force = net_force(trial)
+   end function forces_now
 
 end module forces_m

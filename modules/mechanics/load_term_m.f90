@@ -61,18 +61,24 @@ contains
       associate (unused => model)
       end associate
       call file%keep('load', state%load, errors)
-      if (keeps_relief(file, state)) call file%keep('relief', state%relief, errors)
+      if (is_kept(file, 'relief', size(state%u, 2), state%relief)) call file%keep('relief', state%relief, errors)
+      if (is_kept(file, 'held', size(state%u, 2), state%held)) call file%keep('held', state%held, errors)
    end subroutine keep
 
-   !> Does a checkpoint have forces of rock that was taken out? Where it has there is one for each node.
-   logical function keeps_relief(file, state) result(keeps)
+   !> Does a checkpoint have forces that few scenes have, those of rock that was taken out or of absorbing sides? Where it has there
+   !> is one for each node.
+   logical function is_kept(file, name, nodes, force) result(kept)
       type(checkpoint_t), intent(inout) :: file
-      type(state_t), intent(inout) :: state
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: nodes
+      real(wp), allocatable, intent(inout) :: force(:, :)
 
-      keeps = size(state%relief, 2) > 0
+      kept = size(force, 2) > 0
       if (file%writing) return
-      keeps = file%has('relief')
-      if (keeps) state%relief = 0.0_wp*state%u
-   end function keeps_relief
+      kept = file%has(name)
+      if (.not. kept) return
+      deallocate (force)
+      allocate (force(2, nodes), source=0.0_wp)
+   end function is_kept
 
 end module load_term_m

@@ -14,7 +14,7 @@ module model_m
    use edges_m, only: edge_table_t
    use split_m, only: cut_t
    use topology_m, only: topology_t
-   use solid_m, only: solid_t, lumped_mass, solid_stiffness_bound, solid_damping_bound
+   use solid_m, only: solid_t, lumped_mass, solid_stiffness_bound, solid_damping_bound, wave_impedance
    use joints_m, only: joints_t
    use bonds_m, only: bonds_t
    use wall_layout_m, only: wall_contact_t, init_wall_contact, surfaces_walked, walls_touching
@@ -24,7 +24,7 @@ module model_m
    use contact_m, only: contact_t, contact_options_t
    use friction_m, only: friction_slider, friction_velocity
    use pore_pressure_m, only: add_pore_pressure
-   use loads_m, only: loads_t, start_stage
+   use loads_m, only: loads_t, init_loads, start_stage, start_absorbing
    use motion_m, only: undisturbed_blocks
    use state_m, only: state_t
    use solver_choice_m, only: solver_explicit, solver_relaxation
@@ -127,8 +127,8 @@ module model_m
       procedure :: rest_tolerance
    end type model_t
 
-   public :: begin_stage, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, start_contact, &
-             first_friction, material_of, holds_fluid
+   public :: begin_stage, renew_loads, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
+             start_contact, first_friction, material_of, holds_fluid
 
    abstract interface
       pure logical function term_is_there(model)
@@ -385,6 +385,13 @@ contains
       call start_stage(model%split, model%deck%boundary, model%deck%stage%name, stage, model%nodes%weight, model%loads)
       call add_pore_pressure(model%split, model%deck%pore_pressure, model%deck%stage%name, stage, &
                              holds_fluid(model, state), model%loads)
+      if (any(model%deck%boundary%absorbing)) &
+         call start_absorbing(model%split, model%deck%boundary, model%deck%stage%name, stage, wave_impedance(model%solid), &
+                              model%loads)
+      if (size(state%held, 2) > 0) then
+         model%loads%dead_end = model%loads%dead_end + state%held
+         model%loads%dead_changes = any(abs(model%loads%dead_end - model%loads%dead_start) > 0.0_wp)
+      end if
       ! Weight that is not ramped is there from the very start
       if (stage == 1 .and. .not. model%deck%gravity%ramped) model%loads%dead_start = model%nodes%weight
       ! In-situ stress is in balance with all of them
@@ -406,6 +413,19 @@ contains
       state%load_level = unset
       model%undisturbed = undisturbed_blocks(model%loads, model%touching)
    end subroutine begin_stage
+
+   !> Loads and prescribed motion of the stage that is on, anew: at the nodes of another mesh, with other forces of the state, or
+   !> when fluid gets into cracks.
+   subroutine renew_loads(model, state)
+      type(model_t), intent(inout) :: model
+      type(state_t), intent(inout) :: state
+      integer :: stage
+
+      stage = model%stage
+      call init_loads(model%split, model%deck%boundary, model%loads, every_time=.not. model%deck%plan%skip_loads)
+      if (stage > 1) call begin_stage(model, stage - 1, state)
+      if (stage > 0) call begin_stage(model, stage, state)
+   end subroutine renew_loads
 
    !> Can fluid be between the walls of a joint element? On fractures, and in cracks that have broken (joints).
    pure function holds_fluid(model, state) result(holds)

@@ -3,6 +3,7 @@ module motion_m
    use kinds_m, only: wp
    use state_m, only: state_t
    use loads_m, only: loads_t
+   use absorbing_m, only: dashpot_force
    implicit none
    private
 
@@ -10,6 +11,8 @@ module motion_m
 
    !> Nodes handled together
    integer, parameter :: block_size = 128
+   !> Numbers of the energy account that a step finds
+   integer, parameter :: works = 6
 
 contains
 
@@ -27,16 +30,17 @@ contains
       !> Blocks of nodes that only the rock acts on, see undisturbed_blocks; none unless given
       logical, intent(in), optional :: undisturbed(:)
       logical :: alone((size(state%mass) + block_size - 1)/block_size)
-      real(wp) :: work(5, size(alone)), total(5)
-      integer :: b
+      real(wp) :: work(works, size(alone)), total(works)
+      integer :: b, dashpot(size(alone) + 1)
 
       alone = .false.
       if (present(undisturbed) .and. size(state%damping, 2) == 0) alone = undisturbed
-      !$omp parallel do default(none) schedule(static) shared(loads, motion, local_damping, kick, drift, state, alone, work) &
-      !$omp& private(b)
+      dashpot = first_dashpots(loads, size(alone))
+      !$omp parallel do default(none) schedule(static) private(b) &
+      !$omp& shared(loads, motion, local_damping, kick, drift, state, alone, work, dashpot)
       do b = 1, size(alone)
          call move_block(loads, motion, local_damping, kick, drift, (b - 1)*block_size + 1, &
-                         min(b*block_size, size(state%mass)), alone(b), state, work(:, b))
+                         min(b*block_size, size(state%mass)), alone(b), dashpot(b:b + 1), state, work(:, b))
       end do
       !$omp end parallel do
       total = 0.0_wp
@@ -48,22 +52,25 @@ contains
          energy%friction = energy%friction + total(2)
          energy%external = energy%external + total(3)
          energy%damping = energy%damping + total(4)
-         energy%kinetic = total(5)
+         energy%absorbed = energy%absorbed + total(5)
+         energy%kinetic = total(6)
       end associate
    end subroutine move_nodes
 
    !> The same for a block of nodes.
-   pure subroutine move_block(loads, motion, local_damping, kick, drift, first, last, alone, state, work)
+   pure subroutine move_block(loads, motion, local_damping, kick, drift, first, last, alone, dashpot, state, work)
       !> As in move_nodes
       type(loads_t), intent(in) :: loads
       real(wp), intent(in) :: motion, local_damping, kick, drift
       integer, intent(in) :: first, last
       !> Does the rock alone act on them?
       logical, intent(in) :: alone
+      !> Their first node with dashpots, and the first of the next block
+      integer, intent(in) :: dashpot(2)
       type(state_t), intent(inout) :: state
-      !> Work against contact and friction, of loads and reactions, against damping; kinetic energy [J per m]
-      real(wp), intent(out) :: work(5)
-      real(wp), dimension(2, block_size) :: viscous, mass, free
+      !> Work against contact and friction, of loads and reactions, against damping, of waves that leave; kinetic energy [J per m]
+      real(wp), intent(out) :: work(works)
+      real(wp), dimension(2, block_size) :: viscous, absorbed, mass, free
       integer :: m, i
 
       work = 0.0_wp
@@ -79,15 +86,56 @@ contains
       viscous = 0.0_wp
       if (size(state%damping, 2) > 0) viscous(:, :m) = state%damping(:, first:last)
       free(:, :m) = merge(0.0_wp, 1.0_wp, loads%fixed(:, first:last))
+      absorbed = 0.0_wp
+      do i = dashpot(1), dashpot(2) - 1
+         absorbed(:, loads%absorbing%node(i) - first + 1) = absorb(i)
+      end do
       call kick_and_drift(2*m, free, loads%velocity(:, first:last), motion, local_damping, kick, drift, mass, &
                           state%solid(:, first:last), state%normal(:, first:last), state%friction(:, first:last), &
-                          state%load(:, first:last), viscous, state%v(:, first:last), state%u(:, first:last), work)
+                          state%load(:, first:last), viscous, absorbed, state%v(:, first:last), state%u(:, first:last), work)
+
+   contains
+
+      !> Force of the dashpots of a node.
+      pure function absorb(i) result(force)
+         !> Its number among those with dashpots
+         integer, intent(in) :: i
+         real(wp) :: force(2), others(2)
+         integer :: k
+
+         associate (n => loads%absorbing%node(i))
+            k = n - first + 1
+            others = state%solid(:, n) + state%normal(:, n) + state%friction(:, n) + state%load(:, n)
+            others = others + viscous(:, k) - free(:, k)*sign(local_damping*abs(others), state%v(:, n))
+            force = dashpot_force(loads%absorbing%damping(:, i), state%mass(n), state%v(:, n), free(:, k), &
+                                  loads%velocity(:, n)*motion, others, kick)
+         end associate
+      end function absorb
+
    end subroutine move_block
+
+   !> The first node with dashpots of each block, and one beyond the last (blocks + 1).
+   pure function first_dashpots(loads, blocks) result(first)
+      type(loads_t), intent(in) :: loads
+      integer, intent(in) :: blocks
+      integer :: first(blocks + 1), b, i
+
+      first = 1
+      i = 1
+      do b = 1, blocks
+         first(b) = i
+         do while (i <= loads%absorbing%number())
+            if (loads%absorbing%node(i) > b*block_size) exit
+            i = i + 1
+         end do
+      end do
+      first(blocks + 1) = i
+   end function first_dashpots
 
    !> One step of a block of nodes, without branches. The work of a force over the kick is f.(v_old + v_new)/2 kick, which
    !> changes the kinetic energy exactly; that of a prescribed node's reaction is found the same way.
    pure subroutine kick_and_drift(n, free, velocity, motion, local_damping, kick, drift, mass, solid, normal, friction, &
-                                  load, viscous, v, u, work)
+                                  load, viscous, absorbed, v, u, work)
       !> Components: two a node
       integer, intent(in) :: n
       !> 0 where the component is prescribed, else 1; prescribed velocity (n) [m/s]
@@ -97,34 +145,37 @@ contains
       !> Nodal mass (n) [kg per m]
       real(wp), intent(in) :: mass(n)
       !> Nodal forces (n) [N per m]
-      real(wp), dimension(n), intent(in) :: solid, normal, friction, load, viscous
+      real(wp), dimension(n), intent(in) :: solid, normal, friction, load, viscous, absorbed
       !> Velocity [m/s] and displacement [m] (n)
       real(wp), intent(inout) :: v(n), u(n)
-      !> Work against contact and friction, of loads and reactions, against damping so far; kinetic energy [J per m]
-      real(wp), intent(inout) :: work(5)
-      real(wp) :: new, force, path, damping, contact, rubbing, external, dissipated, twice_kinetic
+      !> Work against contact and friction, of loads and reactions, against damping, of waves that leave so far; kinetic energy
+      !> [J per m]
+      real(wp), intent(inout) :: work(works)
+      real(wp) :: new, force, path, damping, contact, rubbing, external, dissipated, gone, twice_kinetic
       integer :: i
 
       contact = 0.0_wp
       rubbing = 0.0_wp
       external = 0.0_wp
       dissipated = 0.0_wp
+      gone = 0.0_wp
       twice_kinetic = 0.0_wp
-      !$omp simd private(new, force, path, damping) reduction(+:contact, rubbing, external, dissipated, twice_kinetic)
+      !$omp simd private(new, force, path, damping) reduction(+:contact, rubbing, external, dissipated, gone, twice_kinetic)
       do i = 1, n
          force = solid(i) + normal(i) + friction(i) + load(i)
          damping = viscous(i) - free(i)*sign(local_damping*abs(force), v(i))
-         new = free(i)*(v(i) + kick*(force + damping)/mass(i)) + (1.0_wp - free(i))*velocity(i)*motion
+         new = free(i)*(v(i) + kick*(force + damping + absorbed(i))/mass(i)) + (1.0_wp - free(i))*velocity(i)*motion
          path = 0.5_wp*(v(i) + new)*kick
          contact = contact - normal(i)*path
          rubbing = rubbing - friction(i)*path
-         external = external + path*(load(i) + (1.0_wp - free(i))*(mass(i)*(new - v(i))/kick - force - damping))
+         external = external + path*(load(i) + (1.0_wp - free(i))*(mass(i)*(new - v(i))/kick - force - damping - absorbed(i)))
          dissipated = dissipated - damping*path
+         gone = gone - absorbed(i)*path
          twice_kinetic = twice_kinetic + mass(i)*new**2
          v(i) = new
          u(i) = u(i) + drift*new
       end do
-      work = work + [contact, rubbing, external, dissipated, 0.5_wp*twice_kinetic]
+      work = work + [contact, rubbing, external, dissipated, gone, 0.5_wp*twice_kinetic]
    end subroutine kick_and_drift
 
    !> The same where nothing but the rock acts: the same numbers from a third of the memory.
@@ -134,7 +185,7 @@ contains
       real(wp), intent(in) :: local_damping, kick, drift
       real(wp), intent(in) :: mass(n), solid(n)
       real(wp), intent(inout) :: v(n), u(n)
-      real(wp), intent(inout) :: work(5)
+      real(wp), intent(inout) :: work(works)
       real(wp) :: new, damping, dissipated, twice_kinetic
       integer :: i
 
@@ -149,7 +200,7 @@ contains
          v(i) = new
          u(i) = u(i) + drift*new
       end do
-      work(4:5) = work(4:5) + [dissipated, 0.5_wp*twice_kinetic]
+      work([4, 6]) = work([4, 6]) + [dissipated, 0.5_wp*twice_kinetic]
    end subroutine kick_and_drift_alone
 
    !> Blocks of nodes without prescribed motion and loads, which no contact can push.
@@ -163,6 +214,7 @@ contains
 
       alone = .not. any(loads%fixed .or. abs(loads%dead_start) > 0.0_wp .or. abs(loads%dead_end) > 0.0_wp, dim=1)
       alone(touching) = .false.
+      if (loads%absorbing%number() > 0) alone(loads%absorbing%node) = .false.
       do b = 1, size(loads%pressure_edge, 2)
          alone(loads%pressure_edge(:, b)) = .false.
       end do

@@ -22,14 +22,12 @@ module recut_m
    use corners_m, only: corner_choices_t, keep_choices
    use contact_m, only: contact_t, contact_state_t
    use solid_m, only: solid_stress, strain_energy, renumber, take_out
-   use loads_m, only: init_loads
-   use forces_m, only: find_forces, net_force, total_force
-   use motion_m, only: undisturbed_blocks
+   use forces_m, only: find_forces, forces_now, total_force
    use motion_m, only: undisturbed_blocks
    use release_m, only: hold_back, restart_release
    use cracks_m, only: breaks_t, describe_bond, stress_across
    use model_m, only: model_t, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
-                      start_contact, first_friction, begin_stage
+                      start_contact, first_friction, renew_loads
    use solver_choice_m, only: solver_explicit
    use state_m, only: state_t, kinetic_energy
    implicit none
@@ -71,7 +69,7 @@ contains
          model%joints%bonded(model%bonds%fractures + breaks%parted) = .false.
          call renew_walls([(n, n=1, size(state%mass))], [(n, n=1, size(model%split%surface, 2))])
       end if
-      if (breaks%filled) call renew_loads()
+      if (breaks%filled) call renew_loads(model, state)
       if (size(breaks%edge) == 0) return
       moving = model%solver == solver_explicit
       if (moving) then
@@ -111,17 +109,17 @@ contains
          state%mass = added(parent)*model%nodes%mass
          if (size(state%relief, 2) > 0) &
             state%relief = state%relief(:, parent)*spread(model%nodes%mass/max(mass(parent), tiny(1.0_wp)), 1, 2)
+         if (size(state%held, 2) > 0) &
+            state%held = state%held(:, parent)*spread(model%nodes%mass/max(mass(parent), tiny(1.0_wp)), 1, 2)
          model%joints = with_bonds(model%split, model%joints)
          call join_joints(size(breaks%edge), model%topology%edge_of_joint, state)
          if (model%can_break) call join_bonds()
          model%breakable(breaks%edge) = 0
          where (.not. sound_edges(model%edges, there)) model%breakable = 0
-         ! Their numbers are those of the mesh before, until find_walls
-         model%touching = [integer ::]
          model%is_adaptive = any(model%breakable > 0)
          ! Nodes have other numbers now: which of them contact can push is found with the walls
          model%touching = [integer ::]
-         call renew_loads()
+         call renew_loads(model, state)
       end subroutine cut
 
       !> Take rock out: what it was part of is free, and what it had exerted on the rest stays as a load that goes to zero over the
@@ -145,7 +143,7 @@ contains
                state%relief(i, :) = 0.0_wp
             end where
          end do
-         call renew_loads()
+         call renew_loads(model, state)
          state%energy%strain = strain_energy(model%solid, state%u)
          state%energy%kinetic = kinetic_energy(state%mass, state%v)
          state%energy%external = state%energy%external + state%energy%strain + state%energy%kinetic - stored
@@ -219,16 +217,6 @@ contains
          end do
       end subroutine load_bonds
 
-      !> Loads and prescribed motion at the nodes of the new mesh, in the stage that is on; also when fluid gets into cracks.
-      subroutine renew_loads()
-         integer :: stage
-
-         stage = model%stage
-         call init_loads(model%split, model%deck%boundary, model%loads, every_time=.not. model%deck%plan%skip_loads)
-         if (stage > 1) call begin_stage(model, stage - 1, state)
-         if (stage > 0) call begin_stage(model, stage, state)
-      end subroutine renew_loads
-
       !> Walls, corners and general contact of all that no bond holds.
       subroutine find_walls()
 
@@ -237,7 +225,6 @@ contains
          model%exposed_edge = exposed_edges(model)
          model%exposed = exposed_mesh(model%split, model%exposed_edge)
          model%touching = touching_nodes(model)
-         model%undisturbed = undisturbed_blocks(model%loads, model%touching)
          model%undisturbed = undisturbed_blocks(model%loads, model%touching)
          model%contact = contact_of(model)
          model%has_walls = size(model%walls%joint) > 0
@@ -324,21 +311,6 @@ contains
          state%bonds%watch = followed
       end where
    end subroutine let_go_of_joints
-
-   !> All forces on the nodes, joints taken there from what they remember (2, nodes) [N per m of thickness].
-   function forces_now(model, level, state) result(force)
-      type(model_t), intent(in) :: model
-      !> Loads: 0 at the start of the stage, 1 at its end
-      real(wp), intent(in) :: level
-      type(state_t), intent(in) :: state
-      real(wp) :: force(2, size(state%u, 2))
-      type(state_t) :: trial
-      logical :: searched
-
-      trial = state
-      call find_forces(model, level, trial, searched)
-      force = net_force(trial)
-   end function forces_now
 
    !> Are the triangles on all sides of an edge there? (edges)
    pure function sound_edges(edges, there) result(sound)

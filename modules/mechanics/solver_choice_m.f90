@@ -58,6 +58,7 @@ contains
       if (deck%explicit%line > 0) reason = 'the deck has settings for it (&explicit)'
       if (deck%contact%friction == 'velocity' .or. any(deck%joint%friction == 'velocity')) &
          reason = 'friction follows the direction of motion (friction = ''velocity'')'
+      if (any(deck%boundary%absorbing)) reason = 'waves leave through a side (&boundary absorbing)'
       if (size(deck%initial) > 0) reason = 'bodies have initial velocities (&initial)'
    end function motion_in_deck
 

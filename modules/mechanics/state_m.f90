@@ -12,7 +12,7 @@ module state_m
    private
 
    !> Energy account, J per metre of thickness. What was put in equals what is stored and what was spent:
-   !> external = kinetic + strain + contact + friction + fracture + damping + residual
+   !> external = kinetic + strain + contact + friction + fracture + damping + absorbed + residual
    type, public :: energy_t
       !> Stored now: in motion, in the rock
       real(wp) :: kinetic = 0.0_wp, strain = 0.0_wp
@@ -21,6 +21,8 @@ module state_m
       real(wp) :: contact = 0.0_wp, friction = 0.0_wp, damping = 0.0_wp
       !> Work done so far on the cohesive joints: what broke, what rubs in them, what they store
       real(wp) :: fracture = 0.0_wp
+      !> Taken away so far by waves that left through absorbing sides
+      real(wp) :: absorbed = 0.0_wp
       !> Work done so far by loads, gravity and prescribed motion
       real(wp) :: external = 0.0_wp
       !> Kinetic and strain energy the run started with
@@ -82,6 +84,9 @@ module state_m
       !> Forces that the rock taken out in this stage had exerted on the rest, which are let go of over the stage (2, nodes)
       !> [N per m]; size zero where none was
       real(wp), allocatable :: relief(:, :)
+      !> Forces that absorbing sides go on with: what their supports had carried, or the in-situ stress (2, nodes) [N per m]; size
+      !> zero where there are none
+      real(wp), allocatable :: held(:, :)
       !> Viscous nodal forces (2, nodes) [N per m]; size zero without viscous damping
       real(wp), allocatable :: damping(:, :)
       !> Loads now, 0 at the start of the stage, 1 at its end
@@ -113,7 +118,7 @@ contains
       allocate (state%u(2, n), state%v(2, n), state%solid(2, n), state%normal(2, n), state%friction(2, n), &
                 state%load(2, n), state%damping(2, merge(n, 0, damped)), source=0.0_wp)
       allocate (state%guess%move(2, n), source=0.0_wp)
-      allocate (state%relief(2, 0))
+      allocate (state%relief(2, 0), state%held(2, 0))
       allocate (state%joint(joints))
       call init_tractions(joints, state%tractions)
       allocate (state%opening(joints), state%aperture(joints), source=0.0_wp)
@@ -145,7 +150,7 @@ contains
       class(energy_t), intent(in) :: self
 
       residual = self%initial + self%external - self%kinetic - self%strain - self%contact - self%friction - self%damping &
-                 - self%fracture
+                 - self%fracture - self%absorbed
    end function residual
 
 end module state_m

@@ -108,6 +108,8 @@ contains
       type(model_t), intent(in) :: model
       type(log_t), intent(in) :: log
 
+      if (any(model%deck%boundary%absorbing)) &
+         call log%say('sides     waves leave through what &boundary absorbing names; the stable step is that without it')
       if (.not. model%has_damping) &
          call log%say('motion    no viscous forces: damping is '//trim(model%deck%explicit%damping))
       if (model%deck%plan%skip_step) &

@@ -122,6 +122,7 @@ contains
          call file%keep('energy_friction', energy%friction, errors)
          call file%keep('energy_damping', energy%damping, errors)
          call file%keep('energy_fracture', energy%fracture, errors)
+         call file%keep('energy_absorbed', energy%absorbed, errors)
          call file%keep('energy_external', energy%external, errors)
          call file%keep('energy_initial', energy%initial, errors)
       end associate

@@ -16,7 +16,8 @@ module watchdog_m
    !> may be missing
    integer(i8), parameter, public :: patience = 200_i8
    !> Terms of the account, in the order of term_values
-   character(len=*), parameter :: term(*) = [character(len=8) :: 'kinetic', 'strain', 'contact', 'friction', 'damping', 'fracture']
+   character(len=*), parameter :: term(*) = [character(len=8) :: 'kinetic', 'strain', 'contact', 'friction', 'damping', &
+                                                                                                           'fracture', 'absorbed']
 
    !> What to do about it
    character(len=*), parameter :: advice = '; do not trust the result before smaller steps (&explicit safety, step) or more '// &
@@ -137,7 +138,8 @@ contains
       type(energy_t), intent(in) :: energy
       real(wp) :: value(size(term))
 
-      value = [energy%kinetic, energy%strain, energy%contact, energy%friction, energy%damping, energy%fracture]
+      value = [energy%kinetic, energy%strain, energy%contact, energy%friction, energy%damping, energy%fracture, &
+               energy%absorbed]
    end function term_values
 
    !> '7.5 %'

@@ -40,7 +40,7 @@ module solid_m
    end type solid_t
 
    public :: init_solid, renumber, set_in_situ, take_out, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, &
-             in_situ_scale, strain_energy, solid_stiffness_bound, solid_damping_bound, decompose
+             in_situ_scale, wave_impedance, strain_energy, solid_stiffness_bound, solid_damping_bound, decompose
 
 contains
 
@@ -474,6 +474,15 @@ contains
                          + 0.5_wp*solid%lambda_area(e)*(strain(1) + strain(2))**2
       end do
    end function strain_energy
+
+   !> rho cp and rho cs of the rock (2, triangles) [Pa s/m].
+   pure function wave_impedance(solid) result(impedance)
+      type(solid_t), intent(in) :: solid
+      real(wp) :: impedance(2, size(solid%area))
+
+      impedance(1, :) = sqrt(solid%density*(solid%lambda_area + 2.0_wp*solid%mu_area)/solid%area)
+      impedance(2, :) = sqrt(solid%density*solid%mu_area/solid%area)
+   end function wave_impedance
 
    !> Add each triangle's largest stiffness eigenvalue to its corners: with s(i) the sum over triangles, bonds and
    !> contacts, u.K u <= sum s(i)|u_i|^2, so that no frequency exceeds max sqrt(s(i)/m(i)).

@@ -4,7 +4,7 @@ module group_check_m
    use text_m, only: to_text, quoted, nearest_word
    use deck_m, only: deck_t
    use cohesive_group_m, only: all_rock
-   use boundary_group_m, only: prescribed, prescribable, edge_loads, every_stage
+   use boundary_group_m, only: prescribed, prescribable, on_edges, every_stage
    use edges_m, only: edge_table_t, build_edges, find_edge
    use mesh_m, only: mesh_t, find_group, name_length, a_point, a_curve, a_surface, curve_first, surface_first
    use pore_pressure_group_m, only: every_place
@@ -271,10 +271,10 @@ contains
 
       given = prescribed(deck%boundary(b))
       names = ''
-      do i = 1, size(edge_loads)
-         if (.not. given(edge_loads(i))) cycle
+      do i = 1, size(on_edges)
+         if (.not. given(on_edges(i))) cycle
          if (names /= '') names = names//', '
-         names = names//trim(prescribable(edge_loads(i)))
+         names = names//trim(prescribable(on_edges(i)))
       end do
       if (names == '') return
       call count_lines(deck, mesh, edges, taken, deck%boundary(b)%stage, deck%boundary(b)%group, lines, outer)

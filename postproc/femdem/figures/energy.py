@@ -15,7 +15,11 @@ PARTS = {
     "friction_J": ("friction", style.PALETTE[1]),
     "damping_J": ("damping", style.PALETTE[3]),
     "kinetic_J": ("kinetic", style.PALETTE[4]),
+    "fracture_J": ("cracks", style.PALETTE[5]),
+    "absorbed_J": ("waves that left", "#888888"),
 }
+#: Columns that are drawn only where something is in them
+FEW = ("fracture_J", "absorbed_J")
 
 
 def main(words=None):
@@ -33,11 +37,17 @@ def main(words=None):
         gridspec_kw={"height_ratios": [3, 1]},
         figsize=(style.WIDTH_MM * style.MM, 1.2 * style.HEIGHT_MM * style.MM),
     )
-    for name, (label, colour) in PARTS.items():
+    # Few runs have cracks or sides that absorb
+    parts = {
+        name: part
+        for name, part in PARTS.items()
+        if name not in FEW or (name in history.columns and np.any(history[name]))
+    }
+    for name, (label, colour) in parts.items():
         top.plot(x, history[name], color=colour, label=label)
     top.set_ylabel("Energy [J]")
     top.legend(ncol=2)
-    largest = max(float(np.max(np.abs(history[name]))) for name in PARTS)
+    largest = max(float(np.max(np.abs(history[name]))) for name in parts)
     residual = 100 * history["residual_J"] / (largest if largest > 0 else 1.0)
     bottom.plot(x, residual, color="#000000", linewidth=1.0)
     bottom.axhline(0, color="#555555", linewidth=0.7)
