@@ -39,6 +39,14 @@ LAYER_HEIGHT = {
     "solve": 4,
     "output": 4,
 }
+# Who may convert between SI units and MPa, mm (units_m), and why
+CONVERTS = {
+    "modules/mechanics/joint_border_m.f90": "between the rock and the laws of joints",
+    "modules/joint": "the laws, for what the deck gives them in SI units",
+    "modules/flow/flow_model_m.f90": "apertures come in mm, from joints and from the deck",
+    "modules/flow/hydraulic_aperture_m.f90": "its source has apertures in micrometres",
+    "modules/output": "tables and messages, where a name says mm or MPa",
+}
 TEXT_SUFFIXES = ".f90 .pf .py .sh .cmake .md .toml .txt .json .nml .geo .cff .yml .csv".split()  # noqa: SIM905
 CODE_SUFFIXES = [".f90", ".pf", ".py", ".sh"]
 
@@ -49,6 +57,12 @@ USE = re.compile(
 STOP = re.compile(r"^\s*(?:if\s*\(.*\)\s*)?(error\s+stop|stop)\b", re.IGNORECASE)
 ROUTINE = re.compile(r"^\s*(?:(?!end\b)[\w()=, *]+\s)?(subroutine|function)\s+(\w+)", re.IGNORECASE)
 ROUTINE_END = re.compile(r"^\s*end\s*(subroutine|function)\b", re.IGNORECASE)
+# A factor of a thousand or its powers, beside * or / or by the name of a constant
+THOUSAND = r"(?:1(?:\.0*)?[ed][+-]?0?[369]|1(?:\.0*)?[ed][+-]?12|1000\.0*|0\.001)(?:_wp)?\b"
+FACTOR = re.compile(rf"[*/]\s*{THOUSAND}|(?<![\w.]){THOUSAND}\s*[*/]", re.IGNORECASE)
+NAMED_FACTOR = re.compile(
+    rf"parameter\b.*\b(?:mega|milli(?!on)|micro|giga|kilo|mpa|mm_|per_m)\w*\s*=\s*{THOUSAND}", re.IGNORECASE
+)
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
 
@@ -203,6 +217,22 @@ def check_use_only():
                 and not re.match(r"\s*,\s*only\s*:", use.group(2), re.I)
             ):
                 complaints.append(f"{name_of(path)}:{number}: use {use.group(1)} without only")
+    return complaints
+
+
+def check_units():
+    """Units are converted where CONVERTS says, by units_m."""
+    complaints = []
+    for path, used in uses().items():
+        name = name_of(path)
+        may = any(name == place or name.startswith(place + "/") for place in CONVERTS)
+        if "units_m" in used and not may:
+            complaints.append(f"{name}: uses units_m; SI units are converted in {', '.join(CONVERTS)} only")
+        if path.stem == "units_m":
+            continue
+        for number, line in lines_of(path):
+            if FACTOR.search(statement(line)) or NAMED_FACTOR.search(statement(line)):
+                complaints.append(f"{name}:{number}: a factor between units; take it from units_m")
     return complaints
 
 
@@ -362,6 +392,7 @@ CHECKS = [
     check_line_length,
     check_modules,
     check_use_only,
+    check_units,
     check_stops,
     check_layers,
     check_cycles,

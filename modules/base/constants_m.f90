@@ -1,4 +1,4 @@
-!> Mathematical constants and the unit conversions between the deck's SI units and the joint laws' MPa and mm.
+!> Mathematical constants, and the value of what has not been given.
 module constants_m
    use kinds_m, only: wp
    implicit none
@@ -9,8 +9,6 @@ module constants_m
    real(wp), parameter, public :: pi = acos(-1.0_wp)
    !> Radians in a degree
    real(wp), parameter, public :: radians = pi/180.0_wp
-   !> Pascals in a megapascal, metres in a millimetre, Pa/m in a MPa/mm
-   real(wp), parameter, public :: megapascal = 1.0e6_wp, millimetre = 1.0e-3_wp, megapascal_per_millimetre = 1.0e9_wp
    !> Value of a deck variable the user has not given (a number no deck means)
    real(wp), parameter, public :: unset = -huge(1.0_wp)
 

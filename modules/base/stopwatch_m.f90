@@ -27,6 +27,8 @@ module stopwatch_m
    integer(i8), parameter :: steps_a_look = 7_i8
    !> Shares below this are not worth a line
    real(wp), parameter :: noticeable = 0.005_wp
+   !> What speeds are told in
+   real(wp), parameter :: million = 1.0e6_wp
 
    !> What it does now, since when (clock counts); is the present step looked into?
    integer, save :: present_work = work_other
@@ -121,7 +123,7 @@ contains
                     'time      '//name(order(i))//aligned(part)//' s'//aligned(100.0_wp*part/total)//' %']
          end associate
       end do
-      line = [character(len=72) :: line, 'speed     '//to_text(1.0e-6_wp*amount/stepping)//' million '//what//' a second']
+      line = [character(len=72) :: line, 'speed     '//to_text(amount/million/stepping)//' million '//what//' a second']
    end function time_lines
 
    !> A number with one decimal in ten columns.

@@ -3,7 +3,8 @@
 !> The mesh is taken as read, where the walls of a fracture share their nodes: one pressure a node.
 module flow_model_m
    use kinds_m, only: wp
-   use constants_m, only: is_set, millimetre
+   use constants_m, only: is_set
+   use units_m, only: millimetre
    use deck_m, only: deck_t
    use boundary_group_m, only: every_stage
    use conduit_group_m, only: as_flow

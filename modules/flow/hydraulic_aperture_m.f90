@@ -4,6 +4,7 @@
 !> 38:317). Both have apertures in micrometres.
 module hydraulic_aperture_m
    use kinds_m, only: wp
+   use units_m, only: micrometre
    implicit none
    private
 
@@ -12,8 +13,8 @@ module hydraulic_aperture_m
    !> The laws
    integer, parameter, public :: hydraulic_unknown = 0, hydraulic_equal = 1, hydraulic_barton = 2, hydraulic_olsson_barton = 3
 
-   !> Exponent of JRC and the metres in a micrometre
-   real(wp), parameter :: roughness_exponent = 2.5_wp, micrometre = 1.0e-6_wp
+   !> Exponent of JRC
+   real(wp), parameter :: roughness_exponent = 2.5_wp
    !> Slip over peak slip up to which the first formula holds, and from which the second
    real(wp), parameter :: sheared_from = 0.75_wp, sheared_whole = 1.0_wp
 

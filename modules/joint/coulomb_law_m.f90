@@ -3,7 +3,8 @@
 module coulomb_law_m
    use kinds_m, only: wp
    use bounds_m, only: most_stress, least_stiffness, most_stiffness
-   use constants_m, only: radians, megapascal, is_set
+   use constants_m, only: radians, is_set
+   use units_m, only: megapascal, megapascal_per_millimetre
    use jcm_scale_m, only: jcm_edge_t, jcm_scale
    use jcm_strength_m, only: residual_shear_stiffness
    use jcm_closure_m, only: hyperbola => closure, hyperbola_stress => closure_stress, hyperbola_stiffness => normal_stiffness
@@ -14,7 +15,7 @@ module coulomb_law_m
    implicit none
    private
 
-   public :: coulomb_variables
+   public :: coulomb_variables, coulomb_walls
 
    real(wp), parameter :: right_angle = 90.0_wp
 
@@ -48,6 +49,16 @@ module coulomb_law_m
    end type coulomb_law_t
 
 contains
+
+   !> Walls that rub with an angle and have no cohesion, as stiff as what they were before.
+   pure function coulomb_walls(friction_angle, stiffness) result(law)
+      !> [deg], and stiffness in both directions [Pa/m]
+      real(wp), intent(in) :: friction_angle, stiffness
+      type(coulomb_law_t) :: law
+
+      law = coulomb_law_t(friction_angle=friction_angle, cohesion=0.0_wp, kn=stiffness/megapascal_per_millimetre, &
+                          ks=stiffness/megapascal_per_millimetre, a0=0.0_wp)
+   end function coulomb_walls
 
    !> Variables of laws with constant friction angle.
    function coulomb_variables() result(variables)

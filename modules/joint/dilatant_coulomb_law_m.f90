@@ -6,7 +6,8 @@ module dilatant_coulomb_law_m
    use bounds_m, only: least_aperture, most_aperture
    use kinds_m, only: wp
    use bounds_m, only: least_aperture, most_aperture
-   use constants_m, only: radians, megapascal
+   use constants_m, only: radians
+   use units_m, only: megapascal
    use joint_law_m, only: joint_law_t, law_result_t
    use joint_point_m, only: joint_point_t, joint_tangent_t, joint_slip_t, joint_dilation_t
    use law_variable_m, only: law_variable_t, law_settings_t, complaints_t, a_real

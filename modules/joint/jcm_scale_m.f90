@@ -2,6 +2,7 @@
 module jcm_scale_m
    use kinds_m, only: wp
    use constants_m, only: radians, is_set, unset
+   use units_m, only: millimetres_per_metre
    use jcm_closure_m, only: closure_curves_t, cycles, last_cycle, initial_stiffness, maximum_closure
    implicit none
    private
@@ -81,7 +82,6 @@ module jcm_scale_m
    !> Exponents of eqs 16 and 15
    real(wp), parameter :: post_peak_exponent = 0.381_wp, stress_exponent = 0.34_wp
    real(wp), parameter :: ln10 = log(10.0_wp)
-   real(wp), parameter :: millimetres_per_metre = 1000.0_wp
 
    !> The roughness terms see JCSn/sn no larger than 10 to this power
    real(wp), parameter :: widest_logarithm = 6.0_wp

@@ -1,7 +1,7 @@
 !> Building a model from deck and mesh: rock, joints with their laws, where rock may break, and the state at rest.
 module build_m
    use kinds_m, only: wp
-   use constants_m, only: is_set, megapascal_per_millimetre
+   use constants_m, only: is_set
    use errors_m, only: error_list_t
    use text_m, only: to_text, quoted
    use log_m, only: log_t
@@ -14,11 +14,11 @@ module build_m
    use topology_m, only: scan_topology
    use solid_m, only: solid_t, init_solid, set_in_situ, set_viscosity
    use in_situ_group_m, only: in_situ_stress
-   use in_situ_m, only: resolve, close_joint
    use joint_point_m, only: joint_point_t
    use joint_law_m, only: guard_t
    use law_list_m, only: scaled_law
    use joints_m, only: joints_t, init_joints
+   use joint_border_m, only: set_penalty, settle
    use bonds_m, only: init_bonds, is_closed
    use loads_m, only: init_loads, group_nodes
    use model_m, only: model_t, nodes_of, material_of
@@ -127,30 +127,33 @@ contains
       end do
    end function in_situ_stresses
 
-   !> Normal and shear stress of a joint element in the in-situ stress in its middle [MPa].
-   pure subroutine resolve_in_situ(model, j, sn, tau)
+   !> Bring a joint element to the in-situ stress in its middle.
+   pure subroutine settle_in_situ(model, joints, j, point, closed, slipped, weak)
       type(model_t), intent(in) :: model
+      type(joints_t), intent(in) :: joints
       integer, intent(in) :: j
-      real(wp), intent(out) :: sn, tau
+      type(joint_point_t), intent(out) :: point
+      !> Overlap and slip that make the stress [m]; is it too weak for it?
+      real(wp), intent(out) :: closed, slipped
+      logical, intent(out) :: weak
 
       associate (a => model%split%x(:, model%split%joint(1, j)), b => model%split%x(:, model%split%joint(2, j)))
-         call resolve(in_situ_stress(model%deck%in_situ, model%split%datum(2) + 0.5_wp*(a(2) + b(2))), b - a, sn, tau)
+         call settle(joints, j, in_situ_stress(model%deck%in_situ, model%split%datum(2) + 0.5_wp*(a(2) + b(2))), b - a, point, &
+                     closed, slipped, weak)
       end associate
-   end subroutine resolve_in_situ
+   end subroutine settle_in_situ
 
    !> Joints in the state that in-situ stress has brought them to.
    subroutine press_joints(model, log, state)
       type(model_t), intent(in) :: model
       type(log_t), intent(in) :: log
       type(state_t), intent(inout) :: state
-      real(wp) :: sn, tau, closed, slipped
+      real(wp) :: closed, slipped
       logical :: weak(size(state%joint))
       integer :: j, g
 
       do j = 1, size(weak)
-         call resolve_in_situ(model, j, sn, tau)
-         call close_joint(model%joints%law(j)%raw, model%joints%penalty(j), model%joints%coupled(j), sn, tau, state%joint(j), &
-                          closed, slipped, weak(j))
+         call settle_in_situ(model, model%joints, j, state%joint(j), closed, slipped, weak(j))
       end do
       do g = 1, size(model%deck%joint)
          if (any(weak .and. model%joints%group == g)) &
@@ -166,7 +169,7 @@ contains
       type(joints_t) :: joints
       real(wp), allocatable :: mean_length(:)
       type(joint_point_t) :: point
-      real(wp) :: sn, tau
+      real(wp) :: penalty
       logical :: weak
       integer :: j, g
 
@@ -185,13 +188,12 @@ contains
             joints%stress_from_walls(j) = settings%normal_stress == 'walls'
             joints%literal_aperture(j) = settings%aperture == 'eq31'
             joints%wall_handled(j) = settings%contact == 'wall'
-            if (settings%normal == 'penalty') joints%penalty(j) = penalty_stiffness(model, settings, j)
+            penalty = 0.0_wp
+            if (settings%normal == 'penalty') penalty = penalty_stiffness(model, settings, j)
          end associate
-         call joints%law(j)%raw%lend(joints%penalty(j))
-         if (model%deck%in_situ%line == 0) cycle
-         call resolve_in_situ(model, j, sn, tau)
-         call close_joint(joints%law(j)%raw, joints%penalty(j), joints%coupled(j), sn, tau, point, joints%closed(j), &
-                          joints%slipped(j), weak)
+         call set_penalty(joints, j, penalty)
+         if (model%deck%in_situ%line > 0) &
+            call settle_in_situ(model, joints, j, point, joints%closed(j), joints%slipped(j), weak)
       end do
    end function joints_of
 
@@ -224,7 +226,7 @@ contains
       if (edges > 0) mean = mean/real(edges, wp)
    end function mean_edge_length
 
-   !> Penalty stiffness of a joint's walls, p over the size of the triangles behind them [MPa/mm].
+   !> Penalty stiffness of a joint's walls, p over the size of the triangles behind them [Pa/m].
    pure real(wp) function penalty_stiffness(model, settings, j) result(stiffness)
       type(model_t), intent(in) :: model
       type(joint_t), intent(in) :: settings
@@ -238,7 +240,7 @@ contains
                    model%solid%young(triangle))
          height = minval(model%solid%height(triangle))
       end associate
-      stiffness = penalty/height/megapascal_per_millimetre
+      stiffness = penalty/height
    end function penalty_stiffness
 
    !> Say once, group by group, where a law had to be kept within its bounds.

@@ -2,7 +2,7 @@
 !>
 !> The curves have an asymptote. Walls that an iteration closes by much would press without bounds, and steps that avoid it are
 !> short. Each integration point therefore remembers a pressure. The tangent that touches the curve there gives a pressure for
-!> the overlap; the tangent that touches at that pressure is the one that is used (press_on_tangent of joints_m). Pressures
+!> the overlap; the tangent that touches at that pressure is the one that is used (press_on_tangent of joint_border_m). Pressures
 !> come to the curve from below and are on it where the iteration settles: Newton's method for pressures and displacements
 !> as unknowns side by side (Magisano, Leonetti and Garcea 2017).
 module closure_tangents_m

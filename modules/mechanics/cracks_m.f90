@@ -2,11 +2,12 @@
 !> these ask of the model is for recut_m, as is what an excavation does.
 module cracks_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal, millimetre, radians
+   use constants_m, only: radians
    use cohesive_m, only: cohesive_t, overstress
    use bond_m, only: bond_is_broken, bond_has_parted, bond_energy, bond_mode, bond_weight
    use bonds_m, only: crack_event_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
+   use joint_border_m, only: show_bond
    use emission_m, only: crack_moment
    use edges_m, only: next_corner
    use model_m, only: model_t
@@ -136,15 +137,10 @@ contains
       type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       integer, intent(in) :: b
-      type(joint_frame_t) :: frame
 
       associate (node => model%bonds%node(:, b), point => state%bonds%point(:, b), j => model%bonds%fractures + b)
-         frame = joint_kinematics(model%split%x(:, node), state%u(:, node))
-         state%joint(j)%u = frame%shear/millimetre
-         state%joint(j)%tau = dot_product(bond_weight, point%shear)/megapascal
-         state%joint(j)%sn = max(0.0_wp, -dot_product(bond_weight, point%normal))/megapascal
-         state%opening(j) = frame%opening/millimetre
-         state%aperture(j) = max(0.0_wp, state%opening(j))
+         call show_bond(joint_kinematics(model%split%x(:, node), state%u(:, node)), dot_product(bond_weight, point%normal), &
+                        dot_product(bond_weight, point%shear), state%joint(j), state%opening(j), state%aperture(j))
       end associate
    end subroutine describe_bond
 

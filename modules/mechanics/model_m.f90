@@ -3,7 +3,7 @@
 !> remembers is in state_m.
 module model_m
    use kinds_m, only: wp
-   use constants_m, only: is_set, unset, radians, millimetre
+   use constants_m, only: is_set, unset, radians
    use errors_m, only: error_list_t
    use checkpoint_m, only: checkpoint_t
    use field_list_m, only: field_list_t
@@ -16,6 +16,7 @@ module model_m
    use topology_m, only: topology_t
    use solid_m, only: solid_t, lumped_mass, solid_stiffness_bound, solid_damping_bound, wave_impedance
    use joints_m, only: joints_t
+   use joint_border_m, only: largest_closure
    use bonds_m, only: bonds_t
    use wall_layout_m, only: wall_contact_t, init_wall_contact, surfaces_walked, walls_touching
    use wall_contact_m, only: init_meeting, lets_go
@@ -242,9 +243,8 @@ contains
       call init_wall_contact(model%split, model%joints%wall_handled, walls, model%joints%bonded .or. model%joints%gone)
       do w = 1, size(walls%joint)
          associate (j => walls%joint(w))
-            if (model%split%joint_group(j) > 0 .or. model%joints%law(j)%raw%own_closure() <= 0.0_wp) cycle
-            walls%deepest(w) = walls%deepest(w) + &
-                               model%joints%law(j)%raw%own_closure()*millimetre/(lets_go*model%joints%length(j))
+            if (model%split%joint_group(j) == 0) &
+               walls%deepest(w) = walls%deepest(w) + largest_closure(model%joints%law(j)%raw)/(lets_go*model%joints%length(j))
          end associate
       end do
    end function walls_of

@@ -4,18 +4,19 @@
 !> no rock is taken out.
 module recut_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal_per_millimetre, radians
+   use constants_m, only: radians
    use mesh_m, only: split_mesh_t
    use edges_m, only: edge_table_t
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
    use bond_m, only: followed
    use bonds_m, only: add_bonds, place_bonds, start_bond, restore_bonds, is_closed
-   use coulomb_law_m, only: coulomb_law_t
+   use coulomb_law_m, only: coulomb_walls
    use joint_law_m, only: joint_law_t
    use law_list_m, only: scaled_law
    use joint_point_m, only: joint_point_t
    use joints_m, only: joints_t, init_joints, add_joints
+   use joint_border_m, only: set_penalty, largest_closure
    use wall_layout_m, only: wall_contact_t
    use wall_contact_m, only: wall_meeting_t, init_meeting
    use crossings_m, only: corners_t
@@ -170,9 +171,7 @@ contains
                call crack_law(model, setting(i), law(i), of_crack)
                call move_alloc(of_crack, model%joints%law(j)%raw)
                ! Laws without a closure of their own press with the stiffness of the bond
-               if (model%joints%law(j)%raw%own_closure() <= 0.0_wp) &
-                  model%joints%penalty(j) = law(i)%stiffness/megapascal_per_millimetre
-               call model%joints%law(j)%raw%lend(model%joints%penalty(j))
+               call set_penalty(model%joints, j, merge(0.0_wp, law(i)%stiffness, largest_closure(model%joints%law(j)%raw) > 0.0_wp))
             end associate
          end do
       end subroutine join_bonds
@@ -458,8 +457,7 @@ contains
             call scaled_law(model%deck%joint(g)%law, model%deck%joint(g)%settings, sample, sample, law)
             return
          end do
-         law = coulomb_law_t(friction_angle=settings%crack_friction_angle, cohesion=0.0_wp, &
-                             kn=bond%stiffness/megapascal_per_millimetre, ks=bond%stiffness/megapascal_per_millimetre, a0=0.0_wp)
+         law = coulomb_walls(settings%crack_friction_angle, bond%stiffness)
       end associate
    end subroutine crack_law
 

@@ -8,7 +8,7 @@ module surface_term_m
    use solver_choice_m, only: solver_implicit
    use state_m, only: state_t
    use contact_m, only: contact_energy_t
-   use joints_m, only: couple_potential
+   use joint_border_m, only: couple_potential
    implicit none
    private
 

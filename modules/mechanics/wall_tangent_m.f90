@@ -7,12 +7,11 @@
 !> points move with the walls; at corners of blocks, where short overlaps carry much, Newton's method needs that part too.
 module wall_tangent_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal, millimetre, megapascal_per_millimetre
    use wall_contact_m, only: wall_meeting_t, facing_part, facing_part_slope
-   use joint_point_m, only: joint_point_t, joint_tangent_t
+   use joint_point_m, only: joint_point_t
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
-   use joints_m, only: joints_t, tractions_t, wall_overlap
-   use riding_m, only: pressure_stiffness
+   use joints_m, only: joints_t, tractions_t
+   use joint_border_m, only: joint_answer_t, answer_of, are_apart
    implicit none
    private
 
@@ -44,8 +43,6 @@ module wall_tangent_m
    !> The same for a crack, whose first stiffness is many times that of the rock around it
    real(wp), parameter :: open_crack_share = 1.0e-9_wp
    real(wp), parameter :: unstressed_share = 0.1_wp
-   !> Walls no further apart than rounding touch [mm]
-   real(wp), parameter :: touching = 1.0e-9_wp
    !> Own nodes of a joint element
    integer, parameter :: own_nodes = 4
    real(wp), parameter :: side(4) = [1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp]
@@ -64,7 +61,7 @@ contains
       !> State of the joint
       type(joint_point_t), intent(in) :: point
       type(wall_element_t), intent(inout) :: element
-      type(joint_tangent_t) :: tangent
+      type(joint_answer_t) :: answer
       type(geometry_t) :: geometry(first:last)
       real(wp), allocatable :: slip(:), pressure(:, :), weight(:, :), dilation(:), stress(:)
       real(wp) :: covered
@@ -78,11 +75,7 @@ contains
       element%stiffness(:m, :m) = 0.0_wp
       if (last < first) return
       allocate (slip(m), pressure(m, first:last), weight(m, first:last), dilation(m), stress(m))
-      if (joints%coupled(j)) then
-         tangent = joints%law(j)%raw%tangent(point, tractions%ride(j)%slip)
-      else
-         tangent = joints%law(j)%raw%tangent(point)
-      end if
+      answer = answer_of(joints, tractions, j, point)
       slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
       covered = sum(met%weight(first:last))
       do k = first, last
@@ -101,30 +94,29 @@ contains
          associate (ride => tractions%ride(j))
             dilation = ride%by_slip*slip
             do k = first, last
-               dilation = dilation + tractions%by_overlap(k)*pressure(:, k) + tractions%by_weight(k)*millimetre*weight(:, k)
+               dilation = dilation + tractions%by_overlap(k)*pressure(:, k) + tractions%by_weight(k)*weight(:, k)
             end do
          end associate
       end if
       stress = 0.0_wp
       do k = first, last
-         pressure(:, k) = normal_stiffness_at(joints, met, tractions, point, j, k)*(pressure(:, k) + dilation)
+         pressure(:, k) = normal_stiffness_at(joints, met, tractions, answer, j, k)*(pressure(:, k) + dilation)
          stress = stress + met%weight(k)/covered*pressure(:, k) + tractions%pressure(k)*weight(:, k)
       end do
       do k = first, last
-         call add_point(joints, met, tractions, j, k, point, tangent, geometry(k), place(:, k), slip, pressure(:, k), stress, &
+         call add_point(joints, met, tractions, j, k, answer, geometry(k), place(:, k), slip, pressure(:, k), stress, &
                         element%stiffness(:m, :m))
       end do
    end subroutine joint_wall_tangent
 
    !> Add an integration point's part, minus the derivative of the nodal forces of its tractions.
-   pure subroutine add_point(joints, met, tractions, j, k, point, tangent, geometry, place, slip, pressure, stress, stiffness)
+   pure subroutine add_point(joints, met, tractions, j, k, answer, geometry, place, slip, pressure, stress, stiffness)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
       type(tractions_t), intent(in) :: tractions
       !> Joint and integration point
       integer, intent(in) :: j, k
-      type(joint_point_t), intent(in) :: point
-      type(joint_tangent_t), intent(in) :: tangent
+      type(joint_answer_t), intent(in) :: answer
       type(geometry_t), intent(in) :: geometry
       !> Places of the point's nodes in the element
       integer, intent(in) :: place(point_nodes)
@@ -132,19 +124,18 @@ contains
       real(wp), intent(in) :: slip(:), pressure(:), stress(:)
       real(wp), intent(inout) :: stiffness(:, :)
       real(wp) :: shear(size(slip)), along_n(size(slip)), along_t(size(slip)), shape(size(slip), own_nodes)
-      real(wp) :: n(2), t(2), p, s, friction
+      real(wp) :: n(2), t(2), p, s
       integer :: i, c, row
 
       t = met%tangent(:, met%wall(k))
       n = [-t(2), t(1)]
       p = tractions%pressure(k)
       s = 0.0_wp
-      shear = shear_floor(joints, met, tractions, j, k, tangent, point)*spread_to(place, met%shape(:, k), t, size(slip))
-      if (point%sn > 0.0_wp .and. p > 0.0_wp) then
-         friction = point%tau/point%sn
-         s = friction*p
-         shear = shear + friction*pressure + p/(point%sn*megapascal)* &
-                 (tangent%tau_u*megapascal_per_millimetre*slip + (tangent%tau_sn - friction)*stress)
+      shear = shear_floor(joints, met, tractions, j, k, answer)*spread_to(place, met%shape(:, k), t, size(slip))
+      if (answer%stress > 0.0_wp .and. p > 0.0_wp) then
+         s = answer%friction*p
+         shear = shear + answer%friction*pressure &
+                 + p/answer%stress*(answer%tau_u*slip + (answer%tau_sn - answer%friction)*stress)
       end if
       ! Tractions times weight, turned with the wall: p n - s t, with dn = -t dtheta and dt = n dtheta
       along_n = met%weight(k)*(pressure - s*onto_element(geometry%turn, place, size(slip))) &
@@ -375,53 +366,38 @@ contains
    end function slip_gradient
 
    !> d pressure/d overlap at an integration point [Pa/m].
-   pure real(wp) function normal_stiffness_at(joints, met, tractions, point, j, k) result(stiffness)
+   pure real(wp) function normal_stiffness_at(joints, met, tractions, answer, j, k) result(stiffness)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
       type(tractions_t), intent(in) :: tractions
-      !> State of the joint
-      type(joint_point_t), intent(in) :: point
+      type(joint_answer_t), intent(in) :: answer
       !> Joint and integration point
       integer, intent(in) :: j, k
 
       if (tractions%pressure(k) > 0.0_wp) then
          stiffness = tractions%by_closure(k)
       else
-         stiffness = pressure_stiffness(joints%law(j)%raw, joints%penalty(j), point, 0.0_wp)
+         stiffness = answer%first_touch
       end if
-      if (is_open(joints, met, tractions, j, k)) stiffness = share_when_open(joints, j)*stiffness
-      stiffness = stiffness*megapascal_per_millimetre
+      if (are_apart(joints, met, tractions, j, k)) stiffness = share_when_open(joints, j)*stiffness
    end function normal_stiffness_at
 
    !> What the shear stiffness at an integration point lacks for the system to be regular [Pa/m].
-   pure real(wp) function shear_floor(joints, met, tractions, j, k, tangent, point) result(stiffness)
+   pure real(wp) function shear_floor(joints, met, tractions, j, k, answer) result(stiffness)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
       type(tractions_t), intent(in) :: tractions
       !> Joint and integration point
       integer, intent(in) :: j, k
-      type(joint_tangent_t), intent(in) :: tangent
-      type(joint_point_t), intent(in) :: point
+      type(joint_answer_t), intent(in) :: answer
       real(wp) :: share
 
       stiffness = 0.0_wp
-      if (tangent%tau_u < 0.0_wp) return
+      if (answer%tau_u < 0.0_wp) return
       share = share_when_open(joints, j)
-      if (point%sn <= 0.0_wp .and. .not. is_open(joints, met, tractions, j, k)) share = unstressed_share
-      stiffness = joints%law(j)%raw%normal_stiffness(point, 0.0_wp)*share
-      stiffness = max(0.0_wp, stiffness - tangent%tau_u)*megapascal_per_millimetre
+      if (answer%stress <= 0.0_wp .and. .not. are_apart(joints, met, tractions, j, k)) share = unstressed_share
+      stiffness = max(0.0_wp, answer%first_of_law*share - answer%tau_u)
    end function shear_floor
-
-   !> Are the walls apart at an integration point?
-   pure logical function is_open(joints, met, tractions, j, k)
-      type(joints_t), intent(in) :: joints
-      type(wall_meeting_t), intent(in) :: met
-      type(tractions_t), intent(in) :: tractions
-      !> Joint and integration point
-      integer, intent(in) :: j, k
-
-      is_open = wall_overlap(joints, met, tractions, j, k) < -touching
-   end function is_open
 
    !> Part of its first stiffness that a joint keeps in the tangent when it is open.
    pure real(wp) function share_when_open(joints, j) result(share)

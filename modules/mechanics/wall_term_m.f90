@@ -1,7 +1,7 @@
-!> Walls of joints that face each other: where they meet (wall_contact_m) and what the law of the joint lets pass (joints_m).
+!> Walls of joints that face each other: where they meet (wall_contact_m) and what the law of the joint lets pass
+!> (joint_border_m).
 module wall_term_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal_per_millimetre
    use stopwatch_m, only: now_doing, work_laws, work_walls
    use errors_m, only: error_list_t
    use checkpoint_m, only: checkpoint_t
@@ -10,7 +10,7 @@ module wall_term_m
    use state_m, only: state_t
    use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
    use wall_contact_m, only: meet_walls, add_wall_forces, wall_stiffness_bound, points_of_joints
-   use joints_m, only: couple_walls, joint_stiffness
+   use joint_border_m, only: couple_walls, joint_stiffness
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use sparse_system_m, only: sparse_system_t, add_block
    implicit none
@@ -79,7 +79,7 @@ contains
       call meet_walls(model%walls, model%split%x, state%u, state%walls)
       state%walls%moved_on = .false.
       call wall_stiffness_bound(model%walls, state%walls, model%split%x, &
-                                state%tractions%stiffness_then(model%walls%joint)*megapascal_per_millimetre, bound)
+                                state%tractions%stiffness_then(model%walls%joint), bound)
    end subroutine add_stiffness_bound
 
    !> Of all joints, those in potential contact too.

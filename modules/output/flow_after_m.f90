@@ -1,7 +1,7 @@
 !> Flow through the apertures of a finished run: every snapshot of its fields.h5, without running it again.
 module flow_after_m
    use kinds_m, only: wp, i8
-   use constants_m, only: megapascal
+   use units_m, only: megapascal
    use deck_m, only: deck_t
    use errors_m, only: error_list_t
    use field_list_m, only: field_list_t

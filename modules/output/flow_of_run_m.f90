@@ -1,7 +1,7 @@
 !> Flow through the apertures of a mechanical run: what of scene and state it takes.
 module flow_of_run_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal
+   use units_m, only: megapascal
    use errors_m, only: error_list_t
    use fluid_coupling_m, only: conducting_lines, mobilised_roughness
    use flow_model_m, only: set_moment

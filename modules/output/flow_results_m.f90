@@ -1,7 +1,7 @@
 !> What flow leaves behind: permeability.csv, flow.csv and its fields. A deck without &flow writes none of it.
 module flow_results_m
    use kinds_m, only: wp
-   use constants_m, only: millimetre
+   use units_m, only: millimetre
    use deck_m, only: deck_t
    use errors_m, only: error_list_t
    use field_list_m, only: field_list_t, on_nodes, on_triangles, on_joints

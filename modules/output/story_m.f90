@@ -2,7 +2,8 @@
 module story_m
    use kinds_m, only: wp, i8
    use stopwatch_m, only: time_lines
-   use constants_m, only: is_set, millimetre
+   use constants_m, only: is_set
+   use units_m, only: millimetre
    use files_m, only: file_exists
    use interrupt_m, only: signal_name
    use text_m, only: to_text, quoted

@@ -13,7 +13,6 @@
 !> elements (the perturbation of Aguilar, Gaspar, Lisbona and Rodrigo 2008, Int J Numer Meth Eng 75:1282, element by element).
 module fluid_storage_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal_per_millimetre
    use errors_m, only: error_list_t
    use flow_m, only: flow_equations_t, flow_field_t, init_flow, solve_flow, line_length, triangle_area
    use flow_model_m, only: flow_model_t, boundary_values, add_sources, rock_storage
@@ -149,7 +148,7 @@ contains
             associate (node => conductors%line(:, i), wide => model%mechanical(i))
                if (.not. max(wide, storage%content(i)) > 0.0_wp) cycle
                half = 0.5_wp*line_length(conductors, i)
-               walls = max(least_stiffness, state%tractions%contact_stiffness(i)*megapascal_per_millimetre)
+               walls = max(least_stiffness, state%tractions%contact_stiffness(i))
                taken(node) = taken(node) + half*(wide - storage%content(i) &
                                                  + wide*model%deck%fluid%compressibility*change(node))
                conductors%storage(node) = conductors%storage(node) &

@@ -6,11 +6,11 @@
 !> made anew when they don't.
 module newton_m
    use kinds_m, only: wp, i8
-   use constants_m, only: megapascal
    use stopwatch_m, only: now_doing, work_analysis, work_assembly, work_factors, work_solves, work_other
    use model_m, only: model_t
    use state_m, only: state_t
    use wall_contact_m, only: meet_walls
+   use joint_border_m, only: begin_tangents
    use bonds_m, only: has_stiffness
    use forces_m, only: net_force
    use motion_m, only: unbalanced_ratio
@@ -230,7 +230,7 @@ contains
             if (fresh) then
                if (may .and. .not. tangents%on .and. unbalanced_ratio(model%loads, state) > far) then
                   by_tangents = .true.
-                  call tangents%begin(state%walls, state%tractions%pressure(:state%walls%points)/megapascal)
+                  call begin_tangents(state%walls, state%tractions)
                end if
                call exact_correction(self, model, increment, state, residual, step, regular)
             else

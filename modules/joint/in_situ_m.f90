@@ -5,7 +5,6 @@
 !> law sees one way from the unstressed joint on.
 module in_situ_m
    use kinds_m, only: wp
-   use constants_m, only: megapascal
    use joint_point_m, only: joint_point_t
    use joint_law_m, only: joint_law_t
    implicit none
@@ -20,7 +19,7 @@ module in_situ_m
 contains
 
    !> Normal stress, compression positive, and shear stress of the rock along a joint, with the sign of the slip that it
-   !> drives [MPa].
+   !> drives [Pa].
    pure subroutine resolve(stress, along, sn, tau)
       !> sxx, syy, sxy, tension positive [Pa]; from A to B of the joint (2) [m]
       real(wp), intent(in) :: stress(3), along(2)
@@ -29,7 +28,7 @@ contains
 
       i = along/norm2(along)
       j = [-i(2), i(1)]
-      traction = [stress(1)*j(1) + stress(3)*j(2), stress(3)*j(1) + stress(2)*j(2)]/megapascal
+      traction = [stress(1)*j(1) + stress(3)*j(2), stress(3)*j(1) + stress(2)*j(2)]
       sn = -dot_product(traction, j)
       tau = dot_product(traction, i)
    end subroutine resolve
