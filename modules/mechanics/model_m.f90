@@ -22,7 +22,8 @@ module model_m
    use wall_contact_m, only: init_meeting, lets_go
    use crossings_m, only: corners_t, init_corners
    use corners_m, only: init_choices
-   use contact_m, only: contact_t, contact_options_t
+   use contact_layer_m, only: contact_options_t
+   use contact_m, only: contact_t
    use friction_m, only: friction_slider, friction_velocity
    use pore_pressure_m, only: add_pore_pressure
    use loads_m, only: loads_t, init_loads, start_stage, start_absorbing

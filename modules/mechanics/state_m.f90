@@ -132,7 +132,7 @@ contains
 
       state%joint = start%joint
       if (allocated(start%bonds%point)) state%bonds%point = start%bonds%point
-      if (allocated(start%contact%normal)) state%contact%springs = start%contact%springs
+      if (allocated(start%contact%touches%normal)) state%contact%springs = start%contact%springs
    end subroutine laws_go_back
 
    !> Energy of motion [J per m of thickness].
