@@ -10,6 +10,7 @@ import pytest
 from femdem.places import module
 from femdem.results import History
 from test_excavation import EXPLICIT, LARGER, ROCK, SMALLER, Snapshot, across, make_mesh, principal, run
+from test_repeat import assert_same, stop_and_go_on
 
 INPUT = Path(__file__).resolve().parent.parent / "input"
 NETWORK, TUNNEL = INPUT / "network" / "two_sets.csv", INPUT / "tunnel"
@@ -172,6 +173,31 @@ def test_a_network_in_balance(femdem, tmp_path):
         text += f"&boundary group = '{side}', vx = 0, vy = 0 /\n"
     rest = Snapshot(run(femdem, tmp_path, text))
     assert np.abs(rest.displacement).max() < 1e-10
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("law", ["jcm", "coupled"])
+@pytest.mark.parametrize("solver", ["implicit", "explicit", "relaxation"])
+def test_stopped(solver, law, femdem, tmp_path):
+    """A run that starts under in-situ stress, in which rock is taken out later, ends with the same bytes when it is stopped, in the
+    first stage, where joints too weak for their stress slip, and beyond."""
+    make_mesh(tmp_path, "--outer", "8", "--rings", "12", "--sectors", "24", "--joint", "--turn", "30")
+    joint = f"&joint group = 'joint', {LAWS[law].replace('phi_r = 30', 'phi_r = 15')} /\n"
+    time = "1e-3" if solver == "explicit" else "0.02"
+    stages = (
+        DIG.replace("0.02 /", "0.02, cycles = 40 /")
+        .replace("cycles = 2,", "cycles = 40,")
+        .replace("0.02", time)
+    )
+    text = ROCK + HELD + in_situ() + joint + "&output fields_every = 10 /\n" + stages
+    whole = run(femdem, tmp_path, text, solver, name="whole")
+    assert "cannot carry their part of the in-situ stress" in (whole / "run.log").read_text()
+    stopped = tmp_path / "stopped"
+    assert stop_and_go_on(femdem, tmp_path / "whole.nml", stopped, 15) >= 2
+    assert_same(whole, stopped, ("history.csv", "edges.csv", "fields.xdmf"))
+    one, two = Snapshot(whole), Snapshot(stopped)
+    for name in ("stress", "displacement", "joint_stress"):
+        assert np.array_equal(getattr(one, name), getattr(two, name)), name
 
 
 WRONG = {
