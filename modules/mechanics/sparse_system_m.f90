@@ -14,7 +14,7 @@ module sparse_system_m
    implicit none
    private
 
-   public :: build_system, matrix_of, restore_system, add_block, multiply, gather, scatter
+   public :: build_system, matrix_of, restore_system, vertices_of, add_block, multiply, gather, scatter
 
    !> Edges a wall may slide past in either direction before the pattern is built again
    integer, parameter :: reach = 1
@@ -382,6 +382,20 @@ contains
          end do
       end do
    end subroutine add_block
+
+   !> Vertex of each unknown in the graph of the nodes that move (unknowns).
+   pure function vertices_of(system) result(vertex)
+      type(sparse_system_t), intent(in) :: system
+      integer :: vertex(system%unknowns), n, v, i
+
+      v = 0
+      do n = 1, size(system%number, 2)
+         if (any(system%number(:, n) > 0)) v = v + 1
+         do i = 1, 2
+            if (system%number(i, n) > 0) vertex(system%number(i, n)) = v
+         end do
+      end do
+   end function vertices_of
 
    !> Product of a matrix of the system's pattern with a vector.
    pure subroutine multiply(system, x, product)
