@@ -9,7 +9,7 @@ module contact_layer_m
    implicit none
    private
 
-   public :: init_layer, same_objects, box_around
+   public :: init_layer, beside_surface, same_objects, box_around
 
    !> Choices of the deck's &contact group
    type, public :: contact_options_t
@@ -83,30 +83,32 @@ contains
       call measure(layer, split)
    end subroutine init_layer
 
-   !> Triangles with a node on a surface.
+   !> Has each triangle a node on a surface? (triangles)
+   pure function beside_surface(split) result(beside)
+      type(split_mesh_t), intent(in) :: split
+      logical, allocatable :: beside(:), on_surface(:)
+      integer :: i
+
+      allocate (beside(size(split%triangle, 2)))
+      allocate (on_surface(size(split%x, 2)), source=.false.)
+      do i = 1, size(split%surface, 2)
+         on_surface(split%surface(:, i)) = .true.
+      end do
+      do i = 1, size(beside)
+         beside(i) = any(on_surface(split%triangle(:, i)))
+      end do
+   end function beside_surface
+
+   !> These triangles, and which of them each triangle is.
    subroutine choose_objects(split, chosen, object_of)
       type(split_mesh_t), intent(in) :: split
       !> Triangle of each object (objects); object of each triangle, 0 for none (triangles)
       integer, allocatable, intent(out) :: chosen(:), object_of(:)
-      logical, allocatable :: on_surface(:)
-      integer :: i, n
+      integer :: i
 
-      allocate (on_surface(size(split%x, 2)), object_of(size(split%triangle, 2)))
-      on_surface = .false.
-      do i = 1, size(split%surface, 2)
-         on_surface(split%surface(:, i)) = .true.
-      end do
-      object_of = 0
-      n = 0
-      do i = 1, size(split%triangle, 2)
-         if (.not. any(on_surface(split%triangle(:, i)))) cycle
-         n = n + 1
-         object_of(i) = n
-      end do
-      allocate (chosen(n))
-      do i = 1, size(object_of)
-         if (object_of(i) > 0) chosen(object_of(i)) = i
-      end do
+      chosen = pack([(i, i=1, size(split%triangle, 2))], beside_surface(split))
+      allocate (object_of(size(split%triangle, 2)), source=0)
+      object_of(chosen) = [(i, i=1, size(chosen))]
    end subroutine choose_objects
 
    !> Heights and skins of the objects; their nodes and how far these may move.

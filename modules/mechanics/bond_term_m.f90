@@ -11,7 +11,7 @@ module bond_term_m
    use bonds_m, only: hold_together, bonds_stiffness_bound, bonds_work, bond_damage, event_values, restore_events, has_stiffness
    use release_m, only: release_factor
    use solver_choice_m, only: solver_explicit
-   use sparse_system_m, only: sparse_system_t, add_block
+   use sparse_system_m, only: sparse_system_t, node_groups_t, add_block
    implicit none
    private
 
@@ -20,6 +20,7 @@ module bond_term_m
       procedure, nopass :: is_there
       procedure, nopass :: add_forces
       procedure, nopass :: add_tangent
+      procedure, nopass :: join_nodes
       procedure, nopass :: add_stiffness_bound
       procedure, nopass :: find_energy
       procedure, nopass :: results
@@ -64,6 +65,19 @@ contains
          end associate
       end do
    end subroutine add_tangent
+
+   subroutine join_nodes(model, state, groups)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(node_groups_t), intent(inout) :: groups
+      logical :: has(size(state%bonds%active))
+      integer :: b
+
+      has = has_stiffness(model%bonds, state%bonds)
+      do b = 1, size(has)
+         if (has(b)) call groups%join(model%bonds%node(:, b))
+      end do
+   end subroutine join_nodes
 
    subroutine add_stiffness_bound(model, state, bound)
       type(model_t), intent(in) :: model

@@ -7,7 +7,7 @@ module corner_term_m
    use model_m, only: model_t, term_t, increment_t
    use state_m, only: state_t
    use corners_m, only: add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound
-   use sparse_system_m, only: sparse_system_t, add_block
+   use sparse_system_m, only: sparse_system_t, node_groups_t, add_block
    implicit none
    private
 
@@ -16,6 +16,7 @@ module corner_term_m
       procedure, nopass :: is_there
       procedure, nopass :: add_forces
       procedure, nopass :: add_tangent
+      procedure, nopass :: join_nodes
       procedure, nopass :: add_stiffness_bound
       procedure, nopass :: keep
    end type corner_term_t
@@ -51,6 +52,19 @@ contains
          call add_block(system, corner_nodes(model%corners, i), corner_tangent(model%corners, state%corners, i, state%u), outside)
       end do
    end subroutine add_tangent
+
+   subroutine join_nodes(model, state, groups)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(node_groups_t), intent(inout) :: groups
+      integer :: i
+
+      associate (unused => state)
+      end associate
+      do i = 1, size(model%corners%stiffness)
+         call groups%join(corner_nodes(model%corners, i))
+      end do
+   end subroutine join_nodes
 
    subroutine add_stiffness_bound(model, state, bound)
       type(model_t), intent(in) :: model

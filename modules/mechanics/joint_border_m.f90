@@ -31,8 +31,10 @@ module joint_border_m
       real(wp) :: stress = 0.0_wp, friction = 0.0_wp
       !> d tau/du [Pa/m], d tau/d sn [-]
       real(wp) :: tau_u = 0.0_wp, tau_sn = 0.0_wp
-      !> Normal stiffness at first touch, of the walls and of the law alone, which a penalty does not change [Pa/m]
-      real(wp) :: first_touch = 0.0_wp, first_of_law = 0.0_wp
+      !> Normal stiffness at first touch, and what is kept of it where walls are apart [Pa/m]
+      real(wp) :: first_touch = 0.0_wp, apart = 0.0_wp
+      !> What d tau/du lacks for the system to be regular: where walls are apart, and where they touch without stress [Pa/m]
+      real(wp) :: shear_apart = 0.0_wp, shear_unstressed = 0.0_wp
    end type joint_answer_t
 
    !> Walls no further apart than rounding touch [mm]
@@ -363,14 +365,17 @@ contains
    end function joint_stiffness
 
    !> How a joint in wall contact answers, at the state it was last updated to.
-   pure function answer_of(joints, tractions, j, point) result(answer)
+   pure function answer_of(joints, tractions, j, point, apart, unstressed) result(answer)
       type(joints_t), intent(in) :: joints
       type(tractions_t), intent(in) :: tractions
       !> Joint
       integer, intent(in) :: j
       type(joint_point_t), intent(in) :: point
+      !> Parts of its first normal stiffness that it keeps, in shear too: where walls are apart, and where they touch without stress
+      real(wp), intent(in) :: apart, unstressed
       type(joint_answer_t) :: answer
       type(joint_tangent_t) :: tangent
+      real(wp) :: first
 
       associate (law => joints%law(j)%raw)
          if (joints%coupled(j)) then
@@ -384,8 +389,13 @@ contains
          end if
          answer%tau_u = tangent%tau_u*megapascal_per_millimetre
          answer%tau_sn = tangent%tau_sn
-         answer%first_touch = pressure_stiffness(law, joints%penalty(j), point, 0.0_wp)*megapascal_per_millimetre
-         answer%first_of_law = law%normal_stiffness(point, 0.0_wp)*megapascal_per_millimetre
+         first = pressure_stiffness(law, joints%penalty(j), point, 0.0_wp)
+         answer%first_touch = first*megapascal_per_millimetre
+         answer%apart = apart*first*megapascal_per_millimetre
+         if (tangent%tau_u < 0.0_wp) return
+         first = law%normal_stiffness(point, 0.0_wp)
+         answer%shear_apart = max(0.0_wp, first*apart - tangent%tau_u)*megapascal_per_millimetre
+         answer%shear_unstressed = max(0.0_wp, first*unstressed - tangent%tau_u)*megapascal_per_millimetre
       end associate
    end function answer_of
 

@@ -7,7 +7,7 @@ module model_m
    use errors_m, only: error_list_t
    use checkpoint_m, only: checkpoint_t
    use field_list_m, only: field_list_t
-   use sparse_system_m, only: sparse_system_t
+   use sparse_system_m, only: sparse_system_t, node_groups_t
    use union_find_m, only: each_alone, join, representatives
    use deck_m, only: deck_t
    use mesh_m, only: mesh_t, split_mesh_t
@@ -22,7 +22,7 @@ module model_m
    use wall_contact_m, only: init_meeting, lets_go
    use crossings_m, only: corners_t, init_corners
    use corners_m, only: init_choices
-   use contact_layer_m, only: contact_options_t
+   use contact_layer_m, only: contact_options_t, beside_surface
    use contact_m, only: contact_t
    use friction_m, only: friction_slider, friction_velocity
    use pore_pressure_m, only: add_pore_pressure
@@ -66,6 +66,9 @@ module model_m
       !> add_tangent(model, increment, state, system, outside): minus the derivative of these forces, for the implicit solver;
       !> outside is set when the pattern of the system is too small
       procedure, nopass :: add_tangent => no_tangent
+      !> join_nodes(model, state, groups): groups of nodes whose forces depend on each other's displacements in that derivative,
+      !> now or soon, for the pattern of the system
+      procedure, nopass :: join_nodes => none_joined
       !> add_stiffness_bound(model, state, bound): such that u.K u <= sum bound_i |u_i|^2, for the stable step (nodes) [N/m per m]
       procedure, nopass :: add_stiffness_bound => no_bound
       !> find_energy(model, state): its part of state%energy, when the state tells it; what other terms do is the work of their
@@ -159,6 +162,15 @@ contains
       associate (unused => model, also => increment, too => state, as_well => system, no_more => outside)
       end associate
    end subroutine no_tangent
+
+   subroutine none_joined(model, state, groups)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(node_groups_t), intent(inout) :: groups
+
+      associate (unused => model, also => state, too => groups)
+      end associate
+   end subroutine none_joined
 
    subroutine no_bound(model, state, bound)
       type(model_t), intent(in) :: model
@@ -356,20 +368,17 @@ contains
       same = representatives(same)
    end function held_together
 
-   !> Nodes of the triangles with a node on a surface.
+   !> Nodes that contact can push: those of the triangles with a node on a surface.
    function touching_nodes(model) result(touching)
       type(model_t), intent(in) :: model
       integer, allocatable :: touching(:)
-      logical, allocatable :: on_surface(:), touches(:)
+      logical, allocatable :: touches(:), beside(:)
       integer :: e, n
 
-      allocate (on_surface(size(model%split%x, 2)), source=.false.)
-      do e = 1, size(model%exposed%surface, 2)
-         on_surface(model%exposed%surface(:, e)) = .true.
-      end do
-      touches = on_surface .or. .not. model%deck%plan%skip_nodes
-      do e = 1, size(model%split%triangle, 2)
-         if (any(on_surface(model%split%triangle(:, e)))) touches(model%split%triangle(:, e)) = .true.
+      allocate (touches(size(model%split%x, 2)), source=.not. model%deck%plan%skip_nodes)
+      beside = beside_surface(model%exposed)
+      do e = 1, size(beside)
+         if (beside(e)) touches(model%exposed%triangle(:, e)) = .true.
       end do
       touching = pack([(n, n=1, size(touches))], touches)
    end function touching_nodes

@@ -9,7 +9,7 @@ module rock_term_m
    use state_m, only: state_t
    use solid_m, only: solid_forces, solid_stress, strain_energy
    use solid_tangent_m, only: triangle_tangent
-   use sparse_system_m, only: sparse_system_t
+   use sparse_system_m, only: sparse_system_t, node_groups_t
    implicit none
    private
 
@@ -18,6 +18,7 @@ module rock_term_m
       procedure, nopass :: is_there
       procedure, nopass :: add_forces
       procedure, nopass :: add_tangent
+      procedure, nopass :: join_nodes
       procedure, nopass :: add_stiffness_bound
       procedure, nopass :: find_energy
       procedure, nopass :: results
@@ -62,6 +63,19 @@ contains
          end do
       end do
    end subroutine add_tangent
+
+   subroutine join_nodes(model, state, groups)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(node_groups_t), intent(inout) :: groups
+      integer :: e
+
+      associate (unused => state)
+      end associate
+      do e = 1, size(model%split%triangle, 2)
+         call groups%join(model%split%triangle(:, e))
+      end do
+   end subroutine join_nodes
 
    subroutine add_stiffness_bound(model, state, bound)
       type(model_t), intent(in) :: model

@@ -1,23 +1,14 @@
 !> The sparse matrix of the implicit solver: which unknowns there are, where the entries stand, and how elements add.
 !>
-!> Every component of a node's displacement that is not prescribed is an unknown. The pattern joins the nodes of each
-!> triangle and of each bond, and the nodes of each joint with those its walls face and their neighbours, so that a wall can slide
-!> some way before the pattern has to be built again.
+!> Every component of a node's displacement that is not prescribed is an unknown. The pattern joins the nodes of each group that
+!> the terms say their tangents join (join_nodes of term_t).
 module sparse_system_m
    use kinds_m, only: wp
    use rows_m, only: fill_rows
-   use wall_layout_m, only: wall_contact_t
-   use wall_contact_m, only: wall_meeting_t, points_of_joints
-   use crossings_m, only: corners_t
-   use corners_m, only: corner_nodes
-   use joints_m, only: joints_t
    implicit none
    private
 
    public :: build_system, matrix_of, restore_system, vertices_of, add_block, multiply, gather, scatter
-
-   !> Edges a wall may slide past in either direction before the pattern is built again
-   integer, parameter :: reach = 1
 
    type, public :: sparse_system_t
       !> Number of unknowns; unknown of each displacement component, 0 when prescribed (2, nodes)
@@ -29,6 +20,21 @@ module sparse_system_m
       !> Entry of each element of the stiffness of a triangle, 0 when prescribed (36, triangles)
       integer, allocatable :: triangle_entry(:, :)
    end type sparse_system_t
+
+   !> Groups of nodes that are all joined with each other
+   type, public :: node_groups_t
+      private
+      !> Nodes of group g: node(first(g):first(g + 1) - 1); how many groups and nodes there are
+      integer, allocatable :: first(:), node(:)
+      integer :: number = 0, last = 0
+   contains
+      procedure :: begin
+      procedure :: add
+      procedure :: join
+   end type node_groups_t
+
+   !> Room for groups and their nodes at first
+   integer, parameter :: first_room = 1024
 
    !> What a checkpoint keeps of a system: its pattern, laid out at some state before, and the matrix that is in use
    type, public :: kept_matrix_t
@@ -97,109 +103,62 @@ contains
    end subroutine number_unknowns
 
    !> Number the unknowns and lay out the pattern.
-   subroutine build_system(fixed, triangle, bond, joints, walls, met, corners, system)
-      !> Prescribed components (2, nodes)
+   subroutine build_system(fixed, triangle, groups, system)
+      !> Prescribed components (2, nodes), corner nodes (3, triangles)
       logical, intent(in) :: fixed(:, :)
-      !> Corner nodes (3, triangles), nodes of bonds (4, bonds)
-      integer, intent(in) :: triangle(:, :), bond(:, :)
-      type(joints_t), intent(in) :: joints
-      !> Walls where they face each other now
-      type(wall_contact_t), intent(in) :: walls
-      type(wall_meeting_t), intent(in) :: met
-      type(corners_t), intent(in) :: corners
+      integer, intent(in) :: triangle(:, :)
+      !> Nodes whose displacements are joined, those of the triangles among them
+      type(node_groups_t), intent(in) :: groups
       type(sparse_system_t), intent(out) :: system
-      integer, allocatable :: group_first(:), group_node(:), first(:), neighbour(:)
+      integer, allocatable :: first(:), neighbour(:)
 
       call number_unknowns(fixed, system)
-      call list_groups(triangle, bond, joints, walls, met, corners, group_first, group_node)
-      call node_neighbours(size(fixed, 2), group_first, group_node, first, neighbour)
+      call node_neighbours(size(fixed, 2), groups%first(:groups%number + 1), groups%node(:groups%last), first, neighbour)
       call expand(first, neighbour, system)
       allocate (system%value(size(system%column)), source=0.0_wp)
       call place_triangles(triangle, system)
    end subroutine build_system
 
-   !> Groups of nodes that are all joined with each other: triangles, bonds, joints with what their walls face and may come
-   !> to face, and the blocks around crossings.
-   subroutine list_groups(triangle, bond, joints, walls, met, corners, group_first, group_node)
-      integer, intent(in) :: triangle(:, :), bond(:, :)
-      type(joints_t), intent(in) :: joints
-      type(wall_contact_t), intent(in) :: walls
-      type(wall_meeting_t), intent(in) :: met
-      type(corners_t), intent(in) :: corners
-      !> Nodes of group g: group_node(group_first(g):group_first(g + 1) - 1)
-      integer, allocatable, intent(out) :: group_first(:), group_node(:)
-      !> Nodes of a joint and of what its walls may face, at the most; nodes under an integration point
-      integer, parameter :: most = 4 + 2*(2*(2*reach + 1) + 2), most_at_point = 6
-      integer :: first(size(walls%joint)/2 + 1), e, i, g, k, last, elements
+   !> Begin another group of nodes.
+   pure subroutine begin(self)
+      class(node_groups_t), intent(inout) :: self
 
-      elements = size(triangle, 2) + size(bond, 2)
-      allocate (group_first(elements + size(first) + size(corners%stiffness)), &
-                group_node(3*size(triangle, 2) + 4*size(bond, 2) + most*(size(first) - 1) + most_at_point*met%points &
-                           + 2*size(corners%stiffness) + 2*size(corners%share)))
-      last = 0
-      do e = 1, size(triangle, 2)
-         group_first(e) = last + 1
-         group_node(last + 1:last + 3) = triangle(:, e)
-         last = last + 3
-      end do
-      do e = 1, size(bond, 2)
-         group_first(size(triangle, 2) + e) = last + 1
-         group_node(last + 1:last + 4) = bond(:, e)
-         last = last + 4
-      end do
-      call points_of_joints(met, first)
-      do i = 1, size(first) - 1
-         g = elements + i
-         group_first(g) = last + 1
-         group_node(last + 1:last + 4) = joints%node(:, walls%joint(2*i))
-         last = last + 4
-         call add_faced(met%facing(2*i - 1))
-         call add_faced(met%facing(2*i))
-         do k = first(i), first(i + 1) - 1
-            call add_nodes(met%point_node(:, k))
-            call add_nodes(pack(met%beside(:, k), met%beside(:, k) > 0))
-         end do
-      end do
-      do i = 1, size(corners%stiffness)
-         group_first(elements + size(first) - 1 + i) = last + 1
-         call add_nodes(corner_nodes(corners, i))
-      end do
-      group_first(size(group_first)) = last + 1
+      if (.not. allocated(self%first)) allocate (self%first(first_room), self%node(first_room))
+      if (self%number + 2 > size(self%first)) call make_room(self%first, 2*size(self%first))
+      self%number = self%number + 1
+      self%first(self%number:self%number + 1) = self%last + 1
+   end subroutine begin
 
-   contains
+   !> Add nodes to the group that was begun last; one that is there already may come again.
+   pure subroutine add(self, node)
+      class(node_groups_t), intent(inout) :: self
+      integer, intent(in) :: node(:)
 
-      !> Nodes of the surface edge that a wall faces and of those within reach; also those of other blocks that end there and
-      !> may come to share what these cover.
-      subroutine add_faced(facing)
-         integer, intent(in) :: facing
-         integer :: edge, next, passed
+      if (self%last + size(node) > size(self%node)) call make_room(self%node, 2*(self%last + size(node)))
+      self%node(self%last + 1:self%last + size(node)) = node
+      self%last = self%last + size(node)
+      self%first(self%number + 1) = self%last + 1
+   end subroutine add
 
-         edge = facing
-         if (edge == 0) return
-         ! Back to the first edge within reach, then forward over all of them
-         do passed = 1, reach
-            if (walls%before(edge) == 0) exit
-            edge = walls%before(edge)
-         end do
-         next = walls%before(edge)
-         if (next > 0) call add_nodes(walls%surface(2:2, next))
-         do passed = 1, 2*reach + 1
-            call add_nodes(walls%surface(:, edge))
-            next = walls%after(edge)
-            if (next == 0) exit
-            edge = next
-         end do
-         if (next > 0) call add_nodes(walls%surface(1:1, next))
-      end subroutine add_faced
+   !> A whole group.
+   pure subroutine join(self, node)
+      class(node_groups_t), intent(inout) :: self
+      integer, intent(in) :: node(:)
 
-      subroutine add_nodes(node)
-         integer, intent(in) :: node(:)
+      call self%begin()
+      call self%add(node)
+   end subroutine join
 
-         group_node(last + 1:last + size(node)) = node
-         last = last + size(node)
-      end subroutine add_nodes
+   !> A longer list.
+   pure subroutine make_room(list, room)
+      integer, allocatable, intent(inout) :: list(:)
+      integer, intent(in) :: room
+      integer, allocatable :: longer(:)
 
-   end subroutine list_groups
+      allocate (longer(room))
+      longer(:size(list)) = list
+      call move_alloc(longer, list)
+   end subroutine make_room
 
    !> Neighbours of each node, itself included, sorted.
    subroutine node_neighbours(nodes, group_first, group_node, first, neighbour)

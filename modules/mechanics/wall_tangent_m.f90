@@ -75,7 +75,7 @@ contains
       element%stiffness(:m, :m) = 0.0_wp
       if (last < first) return
       allocate (slip(m), pressure(m, first:last), weight(m, first:last), dilation(m), stress(m))
-      answer = answer_of(joints, tractions, j, point)
+      answer = answer_of(joints, tractions, j, point, share_when_open(joints, j), unstressed_share)
       slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
       covered = sum(met%weight(first:last))
       do k = first, last
@@ -131,7 +131,7 @@ contains
       n = [-t(2), t(1)]
       p = tractions%pressure(k)
       s = 0.0_wp
-      shear = shear_floor(joints, met, tractions, j, k, answer)*spread_to(place, met%shape(:, k), t, size(slip))
+      shear = shear_floor(joints, met, tractions, answer, j, k)*spread_to(place, met%shape(:, k), t, size(slip))
       if (answer%stress > 0.0_wp .and. p > 0.0_wp) then
          s = answer%friction*p
          shear = shear + answer%friction*pressure &
@@ -373,30 +373,28 @@ contains
       type(joint_answer_t), intent(in) :: answer
       !> Joint and integration point
       integer, intent(in) :: j, k
+      logical :: apart
 
+      apart = are_apart(joints, met, tractions, j, k)
       if (tractions%pressure(k) > 0.0_wp) then
          stiffness = tractions%by_closure(k)
+         if (apart) stiffness = share_when_open(joints, j)*stiffness
       else
-         stiffness = answer%first_touch
+         stiffness = merge(answer%apart, answer%first_touch, apart)
       end if
-      if (are_apart(joints, met, tractions, j, k)) stiffness = share_when_open(joints, j)*stiffness
    end function normal_stiffness_at
 
    !> What the shear stiffness at an integration point lacks for the system to be regular [Pa/m].
-   pure real(wp) function shear_floor(joints, met, tractions, j, k, answer) result(stiffness)
+   pure real(wp) function shear_floor(joints, met, tractions, answer, j, k) result(stiffness)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
       type(tractions_t), intent(in) :: tractions
+      type(joint_answer_t), intent(in) :: answer
       !> Joint and integration point
       integer, intent(in) :: j, k
-      type(joint_answer_t), intent(in) :: answer
-      real(wp) :: share
 
-      stiffness = 0.0_wp
-      if (answer%tau_u < 0.0_wp) return
-      share = share_when_open(joints, j)
-      if (answer%stress <= 0.0_wp .and. .not. are_apart(joints, met, tractions, j, k)) share = unstressed_share
-      stiffness = max(0.0_wp, answer%first_of_law*share - answer%tau_u)
+      stiffness = answer%shear_apart
+      if (answer%stress <= 0.0_wp .and. .not. are_apart(joints, met, tractions, j, k)) stiffness = answer%shear_unstressed
    end function shear_floor
 
    !> Part of its first stiffness that a joint keeps in the tangent when it is open.

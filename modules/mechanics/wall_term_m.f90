@@ -6,13 +6,14 @@ module wall_term_m
    use errors_m, only: error_list_t
    use checkpoint_m, only: checkpoint_t
    use field_list_m, only: field_list_t, on_joints
+   use wall_layout_m, only: wall_contact_t
    use model_m, only: model_t, term_t, increment_t
    use state_m, only: state_t
    use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
    use wall_contact_m, only: meet_walls, add_wall_forces, wall_stiffness_bound, points_of_joints
    use joint_border_m, only: couple_walls, joint_stiffness
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
-   use sparse_system_m, only: sparse_system_t, add_block
+   use sparse_system_m, only: sparse_system_t, node_groups_t, add_block
    implicit none
    private
 
@@ -21,10 +22,14 @@ module wall_term_m
       procedure, nopass :: is_there
       procedure, nopass :: add_forces
       procedure, nopass :: add_tangent
+      procedure, nopass :: join_nodes
       procedure, nopass :: add_stiffness_bound
       procedure, nopass :: results
       procedure, nopass :: keep
    end type wall_term_t
+
+   !> Edges a wall may slide past in either direction before the pattern of the matrix is built again
+   integer, parameter :: reach = 1
 
 contains
 
@@ -68,6 +73,52 @@ contains
          call add_block(system, element%node(:element%nodes), element%stiffness, outside)
       end do
    end subroutine add_tangent
+
+   !> The nodes of each joint with those its walls face and their neighbours, so that a wall can slide some way.
+   subroutine join_nodes(model, state, groups)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(node_groups_t), intent(inout) :: groups
+      integer :: first(size(model%walls%joint)/2 + 1), i, k
+
+      call points_of_joints(state%walls, first)
+      do i = 1, size(first) - 1
+         call groups%join(model%joints%node(:, model%walls%joint(2*i)))
+         call add_faced(model%walls, state%walls%facing(2*i - 1), groups)
+         call add_faced(model%walls, state%walls%facing(2*i), groups)
+         do k = first(i), first(i + 1) - 1
+            call groups%add(state%walls%point_node(:, k))
+            call groups%add(pack(state%walls%beside(:, k), state%walls%beside(:, k) > 0))
+         end do
+      end do
+   end subroutine join_nodes
+
+   !> Nodes of the surface edge that a wall faces and of those within reach; also those of other blocks that end there and
+   !> may come to share what these cover.
+   subroutine add_faced(walls, facing, groups)
+      type(wall_contact_t), intent(in) :: walls
+      !> Surface edge, 0: none
+      integer, intent(in) :: facing
+      type(node_groups_t), intent(inout) :: groups
+      integer :: edge, next, passed
+
+      edge = facing
+      if (edge == 0) return
+      ! Back to the first edge within reach, then forward over all of them
+      do passed = 1, reach
+         if (walls%before(edge) == 0) exit
+         edge = walls%before(edge)
+      end do
+      next = walls%before(edge)
+      if (next > 0) call groups%add(walls%surface(2:2, next))
+      do passed = 1, 2*reach + 1
+         call groups%add(walls%surface(:, edge))
+         next = walls%after(edge)
+         if (next == 0) exit
+         edge = next
+      end do
+      if (next > 0) call groups%add(walls%surface(1:1, next))
+   end subroutine add_faced
 
    subroutine add_stiffness_bound(model, state, bound)
       type(model_t), intent(in) :: model

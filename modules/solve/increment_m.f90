@@ -12,22 +12,33 @@ module increment_m
    implicit none
    private
 
-   public :: increment_t, start_increment, forces_from_start, account_increment, has_left
+   public :: increment_t, begin_increment, start_increment, forces_from_start, account_increment, has_left
 
 contains
 
-   !> Remember all that forces depend on but displacements, and find the forces there.
-   subroutine start_increment(model, level, state, increment)
-      type(model_t), intent(in) :: model
-      !> Loads now, 0 to 1 over the stage
+   !> An increment that starts from the present state, whose forces are known.
+   pure subroutine begin_increment(level, state, increment)
+      !> Loads at its end, 0 to 1 over the stage
       real(wp), intent(in) :: level
+      type(state_t), intent(in) :: state
+      class(increment_t), intent(inout) :: increment
+
+      increment%start = state
+      increment%level = level
+   end subroutine begin_increment
+
+   !> The same where the forces are not known yet: they are found there.
+   subroutine start_increment(model, from, level, state, increment)
+      type(model_t), intent(in) :: model
+      !> Loads at its start and its end, 0 to 1 over the stage
+      real(wp), intent(in) :: from, level
       type(state_t), intent(inout) :: state
       type(increment_t), intent(out) :: increment
       logical :: searched
 
-      increment%start = state
+      call begin_increment(level, state, increment)
       if (model%has_contact) call model%contact%recall(state%contact, state%u, increment%start%contact%springs)
-      call forces_from_start(model, increment, level, state, searched)
+      call forces_from_start(model, increment, from, state, searched)
       call laws_go_back(increment%start, state)
       increment%start = state
    end subroutine start_increment

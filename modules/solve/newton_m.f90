@@ -11,14 +11,14 @@ module newton_m
    use state_m, only: state_t
    use wall_contact_m, only: meet_walls
    use joint_border_m, only: begin_tangents
-   use bonds_m, only: has_stiffness
    use forces_m, only: net_force
    use motion_m, only: unbalanced_ratio
-   use sparse_system_m, only: sparse_system_t, kept_matrix_t, restore_system, build_system, vertices_of, gather, scatter
+   use sparse_system_m, only: sparse_system_t, node_groups_t, kept_matrix_t, restore_system, build_system, vertices_of, &
+                              gather, scatter
    use direct_m, only: direct_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
    use lagged_m, only: solve_lagged
-   use increment_m, only: increment_t, forces_from_start
+   use increment_m, only: increment_t, begin_increment, forces_from_start
    implicit none
    private
 
@@ -80,8 +80,7 @@ contains
       type(state_t), intent(in) :: state
       type(newton_increment_t), intent(out) :: increment
 
-      increment%start = state
-      increment%level = level
+      call begin_increment(level, state, increment)
       if (size(model%joints%length) > 0) increment%longest = longest_correction*minval(model%joints%length) &
                                                              + duration*maxval(abs(model%loads%velocity))
    end subroutine start_increment_at
@@ -91,10 +90,14 @@ contains
       class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
+      type(node_groups_t) :: groups
+      integer :: i
 
       call meet_walls(model%walls, model%split%x, state%u, state%walls)
-      call build_system(model%loads%fixed, model%split%triangle, bonds_in_matrix(model, state), model%joints, model%walls, &
-                        state%walls, model%corners, self%system)
+      do i = 1, size(model%term)
+         if (model%term(i)%raw%is_there(model)) call model%term(i)%raw%join_nodes(model, state, groups)
+      end do
+      call build_system(model%loads%fixed, model%split%triangle, groups, self%system)
       call plan_factors(self, model)
       self%patterns = self%patterns + 1_i8
       call self%past%forget(self%system%unknowns)
@@ -131,18 +134,6 @@ contains
       self%outdated = .false.
       call now_doing(work_other)
    end subroutine plan_factors
-
-   !> Nodes of the bonds that have a part in the matrix: those that hold or press, and can open (4, bonds).
-   pure function bonds_in_matrix(model, state) result(node)
-      type(model_t), intent(in) :: model
-      type(state_t), intent(in) :: state
-      integer, allocatable :: node(:, :)
-      integer :: b
-
-      allocate (node(4, 0))
-      if (.not. model%can_break) return
-      node = model%bonds%node(:, pack([(b, b=1, size(state%bonds%active))], has_stiffness(model%bonds, state%bonds)))
-   end function bonds_in_matrix
 
    !> Norm of the unbalanced forces [N per m of thickness].
    pure real(wp) function free_norm(model, state)

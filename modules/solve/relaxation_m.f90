@@ -78,14 +78,12 @@ contains
       do while (broken .or. place%substep < substeps)
          if (broken) then
             ! Rest at the same loads
-            call start_increment(model, level_of(place%substep), state, increment)
-            increment%level = level_of(place%substep)
+            call start_increment(model, level_of(place%substep), level_of(place%substep), state, increment)
             call come_to_rest(model, stage, cycle, increment, increment%level, 0.0_wp, state, report, errors)
             if (errors%any()) return
          else
             place%substep = place%substep + 1
-            call start_increment(model, level_of(place%substep - 1), state, increment)
-            increment%level = level_of(place%substep)
+            call start_increment(model, level_of(place%substep - 1), level_of(place%substep), state, increment)
             call come_to_rest(model, stage, cycle, increment, level_of(place%substep - 1), duration, state, report, errors)
             if (errors%any()) return
             ! Velocities are means over the increment: so the next one goes on
