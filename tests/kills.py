@@ -92,7 +92,7 @@ def arrays(path):
 
 def difference(one, other):
     """What differs between two results directories; '' when nothing does"""
-    for name in ("history.csv", "edges.csv", "cracks.csv", "fields.xdmf"):
+    for name in ("history.csv", "edges.csv", "cracks.csv", "fields.xdmf", "joints.xdmf"):
         if (one / name).exists() != (other / name).exists():
             return f"{name} is missing"
         if (one / name).exists() and (one / name).read_bytes() != (other / name).read_bytes():

@@ -56,9 +56,11 @@ def test_provenance_is_text(results):
         assert provenance[name], name
 
 
+@pytest.mark.parametrize("part", ["fields", "joints"])
 @pytest.mark.parametrize("name", ["two", "four"])
-def test_index_is_well_formed_and_all_it_names_exists(results, name):
-    root = ElementTree.parse(results / name / "fields.xdmf").getroot()
+def test_index_is_well_formed_and_all_it_names_exists(results, name, part):
+    root = ElementTree.parse(results / name / f"{part}.xdmf").getroot()
+    assert root.get("Version") == "3.0"
     items = root.findall(".//DataItem")
     assert items
     for item in items:

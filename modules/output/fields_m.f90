@@ -1,4 +1,4 @@
-!> fields.h5: the mesh and one group of arrays a snapshot; fields.xdmf beside it lets ParaView open them. Both files are
+!> fields.h5: the mesh and one group of arrays a snapshot; fields.xdmf and joints.xdmf beside it let ParaView open them. All are
 !> complete and closed after every snapshot, so what is there can be read while the run goes on and after a kill.
 module fields_m
    use errors_m, only: error_list_t

@@ -1,4 +1,7 @@
-!> fields.xdmf: tells ParaView where in fields.h5 the meshes and arrays of each time are.
+!> fields.xdmf and joints.xdmf: tell ParaView and meshio where in fields.h5 the meshes and arrays of each time are.
+!>
+!> XDMF 3.0. A file is a series in time of one part, the rock or the joints, which is what meshio reads; fields.xdmf, of the rock,
+!> takes in the other one (XInclude), so that VTK's reader has both. joints.xdmf is empty until there are joints.
 module xdmf_m
    use errors_m, only: error_list_t
    use field_list_m, only: on_nodes, on_triangles, on_joints
@@ -10,11 +13,24 @@ module xdmf_m
 
    public :: write_xdmf, append_xdmf
 
-   !> How the file ends, with its last line end
-   character(len=*), parameter :: tail = '</Grid>'//new_line('a')//'</Domain>'//new_line('a')//'</Xdmf>'//new_line('a')
+   !> File of the joints, beside that of the rock
+   character(len=*), parameter :: joints_file = 'joints.xdmf'
+   character, parameter :: nl = new_line('a')
+   !> How a file begins, and how one ends in which nothing is
+   character(len=*), parameter :: head = '<?xml version="1.0"?>'//nl// &
+                                  '<Xdmf Version="3.0" xmlns:xi="http://www.w3.org/2001/XInclude">'//nl//'<Domain>'//nl
+   character(len=*), parameter :: empty_tail = '</Domain>'//nl//'</Xdmf>'//nl
 
-   !> Corners of a triangle, ends of a joint line
-   integer, parameter :: corners = 3, ends = 2
+   !> The rock or the joints: its name and what XDMF calls its cells, on_triangles or on_joints, dataset of the cells in the group
+   !> of the mesh, and nodes of each
+   type :: part_t
+      character(len=8) :: name, shape
+      integer :: place
+      character(len=11) :: cells
+      integer :: cell_nodes
+      !> What the file has at its end, besides the series
+      character(len=:), allocatable :: more
+   end type part_t
 
    !> Where an array is, and what it is on
    type :: entry_t
@@ -82,35 +98,105 @@ contains
       if (allocated(constant%entry)) self%constant = constant%entry
    end subroutine set_constant
 
-   !> Write the file; a reader sees the old one or the new one, never half of one.
+   !> Write the files; a reader sees the old one or the new one, never half of one.
    subroutine write_xdmf(path, data_file, snapshot, errors)
+      !> That of the rock
       character(len=*), intent(in) :: path
       !> Name of the fields file, in the same directory
+      character(len=*), intent(in) :: data_file
+      type(snapshot_t), intent(in) :: snapshot(:)
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+      logical :: jointed(size(snapshot))
+
+      call write_series(path, rock(), data_file, snapshot, errors)
+      jointed = [(snapshot(i)%entities(on_joints) > 0, i=1, size(snapshot))]
+      call write_series(beside(path), joints(), data_file, pack(snapshot, jointed), errors)
+   end subroutine write_xdmf
+
+   !> Add one time at the end of the files, in one write each: what it costs does not grow with the times that are there.
+   subroutine append_xdmf(path, data_file, snapshot, errors)
+      !> That of the rock
+      character(len=*), intent(in) :: path
+      !> Name of the fields file, in the same directory
+      character(len=*), intent(in) :: data_file
+      type(snapshot_t), intent(in) :: snapshot
+      type(error_list_t), intent(inout) :: errors
+      integer :: length
+
+      call append_to_series(path, rock(), data_file, snapshot, errors)
+      if (snapshot%entities(on_joints) == 0) return
+      inquire (file=beside(path), size=length)
+      if (length > len(head//empty_tail)) then
+         call append_to_series(beside(path), joints(), data_file, snapshot, errors)
+      else
+         call write_series(beside(path), joints(), data_file, [snapshot], errors)
+      end if
+   end subroutine append_xdmf
+
+   !> The rock, whose file takes in that of the joints if there is one.
+   pure type(part_t) function rock()
+
+      rock = part_t('rock', 'Triangle', on_triangles, 'triangles', 3, &
+                    '<xi:include href="'//joints_file//'" xpointer="xpointer(/Xdmf/Domain/Grid)"><xi:fallback/></xi:include>'//nl)
+   end function rock
+
+   pure type(part_t) function joints()
+
+      joints = part_t('joints', 'Polyline', on_joints, 'joint_lines', 2, '')
+   end function joints
+
+   !> Path of the file of the joints.
+   pure function beside(path)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: beside
+
+      beside = path(:index(path, '/', back=.true.))//joints_file
+   end function beside
+
+   !> How the file of a part ends, with its last line end.
+   pure function tail_of(part) result(tail)
+      type(part_t), intent(in) :: part
+      character(len=:), allocatable :: tail
+
+      tail = '</Grid>'//nl//part%more//empty_tail
+   end function tail_of
+
+   !> Write the file of a part.
+   subroutine write_series(path, part, data_file, snapshot, errors)
+      character(len=*), intent(in) :: path
+      type(part_t), intent(in) :: part
       character(len=*), intent(in) :: data_file
       type(snapshot_t), intent(in) :: snapshot(:)
       type(error_list_t), intent(inout) :: errors
       character(len=512) :: message
       integer :: unit, status, i
 
-      open (newunit=unit, file=trim(path)//'.part', action='write', status='replace', iostat=status, iomsg=message)
-      if (status == 0) write (unit, '(a)', iostat=status, iomsg=message) '<?xml version="1.0"?>', &
-         '<Xdmf Version="2.0">', '<Domain>', '<Grid Name="femdem" GridType="Collection" CollectionType="Temporal">'
-      do i = 1, size(snapshot)
-         if (status == 0) write (unit, '(a)', iostat=status, iomsg=message) grids(data_file, snapshot(i))
-      end do
-      if (status == 0) write (unit, '(a)', iostat=status, iomsg=message) tail(:len(tail) - 1)
+      open (newunit=unit, file=trim(path)//'.part', access='stream', form='unformatted', action='write', status='replace', &
+            iostat=status, iomsg=message)
+      if (status == 0) write (unit, iostat=status, iomsg=message) head
+      if (size(snapshot) > 0) then
+         if (status == 0) write (unit, iostat=status, iomsg=message) &
+            '<Grid Name="'//trim(part%name)//'" GridType="Collection" CollectionType="Temporal">'//nl
+         do i = 1, size(snapshot)
+            if (status == 0) write (unit, iostat=status, iomsg=message) grid(data_file, snapshot(i), part)
+         end do
+         if (status == 0) write (unit, iostat=status, iomsg=message) tail_of(part)
+      else
+         if (status == 0) write (unit, iostat=status, iomsg=message) empty_tail
+      end if
       if (status == 0) close (unit, iostat=status, iomsg=message)
       if (status == 0) then
          call replace_file(trim(path)//'.part', path, status)
          message = 'cannot replace the old file'
       end if
       if (status /= 0) call errors%add(trim(path)//': cannot write the index of the fields: '//trim(message))
-   end subroutine write_xdmf
+   end subroutine write_series
 
-   !> Add one time at the end of the file, in one write: what it costs does not grow with the times that are there.
-   subroutine append_xdmf(path, data_file, snapshot, errors)
+   !> Add one time to the file of a part.
+   subroutine append_to_series(path, part, data_file, snapshot, errors)
       character(len=*), intent(in) :: path
-      !> Name of the fields file, in the same directory
+      type(part_t), intent(in) :: part
       character(len=*), intent(in) :: data_file
       type(snapshot_t), intent(in) :: snapshot
       type(error_list_t), intent(inout) :: errors
@@ -122,53 +208,33 @@ contains
             iostat=status, iomsg=message)
       if (status == 0) then
          inquire (unit=unit, size=length)
-         write (unit, pos=length - len(tail) + 1, iostat=status, iomsg=message) &
-            grids(data_file, snapshot)//new_line('a')//tail
+         write (unit, pos=length - len(tail_of(part), i8) + 1_i8, iostat=status, iomsg=message) &
+            grid(data_file, snapshot, part)//tail_of(part)
       end if
       if (status == 0) close (unit, iostat=status, iomsg=message)
       if (status /= 0) call errors%add(trim(path)//': cannot write the index of the fields: '//trim(message))
-   end subroutine append_xdmf
+   end subroutine append_to_series
 
-   !> The two grids of one time: the rock, and the joints if there are any.
-   function grids(data_file, snapshot) result(text)
+   !> The grid of one time, with the arrays on its cells and on the nodes.
+   function grid(data_file, snapshot, part) result(text)
       character(len=*), intent(in) :: data_file
       type(snapshot_t), intent(in) :: snapshot
+      type(part_t), intent(in) :: part
       character(len=:), allocatable :: text
       character(len=24) :: time
-      character, parameter :: nl = new_line('a')
 
       write (time, '(es22.15e3)') snapshot%time
-      text = '<Grid Name="'//snapshot%path(2:)//'" GridType="Collection" CollectionType="Spatial">'//nl// &
-             '<Time Value="'//trim(adjustl(time))//'"/>'//nl// &
-             grid(data_file, snapshot, 'rock', 'Triangle', on_triangles, 'triangles', corners)
-      if (snapshot%entities(on_joints) > 0) text = text// &
-                                                   grid(data_file, snapshot, 'joints', 'Polyline', on_joints, 'joint_lines', ends)
-      text = text//'</Grid>'
-   end function grids
-
-   !> One grid with the arrays on its cells and on the nodes.
-   function grid(data_file, snapshot, name, shape, place, cells, cell_nodes) result(text)
-      character(len=*), intent(in) :: data_file
-      type(snapshot_t), intent(in) :: snapshot
-      !> Name of the grid, and what XDMF calls the cells
-      character(len=*), intent(in) :: name, shape
-      !> on_triangles or on_joints
-      integer, intent(in) :: place
-      !> Dataset of the cells in the group of the mesh, and nodes of each
-      character(len=*), intent(in) :: cells
-      integer, intent(in) :: cell_nodes
-      character(len=:), allocatable :: text
-      character, parameter :: nl = new_line('a')
-
       associate (n => snapshot%entities)
-         text = '<Grid Name="'//name//'" GridType="Uniform">'//nl// &
-                '<Topology TopologyType="'//shape//'" NodesPerElement="'//to_text(cell_nodes)// &
-                '" NumberOfElements="'//to_text(n(place))//'">'//nl// &
-                data_item(data_file, snapshot%mesh//'/'//cells, 'Int', 4, n(place), cell_nodes)//'</Topology>'//nl// &
+         text = '<Grid Name="'//snapshot%path(2:)//'" GridType="Uniform">'//nl// &
+                '<Time Value="'//trim(adjustl(time))//'"/>'//nl// &
+                '<Topology TopologyType="'//trim(part%shape)//'" NodesPerElement="'//to_text(part%cell_nodes)// &
+                '" NumberOfElements="'//to_text(n(part%place))//'">'//nl// &
+                data_item(data_file, snapshot%mesh//'/'//trim(part%cells), 'Int', 4, n(part%place), part%cell_nodes)// &
+                '</Topology>'//nl// &
                 '<Geometry GeometryType="XY">'//nl// &
                 data_item(data_file, snapshot%mesh//'/coordinates', 'Float', 8, n(on_nodes), 2)//'</Geometry>'//nl
-         if (allocated(snapshot%constant)) text = text//attributes(data_file, snapshot%constant, n, place)
-         if (allocated(snapshot%entry)) text = text//attributes(data_file, snapshot%entry, n, place)
+         if (allocated(snapshot%constant)) text = text//attributes(data_file, snapshot%constant, n, part%place)
+         if (allocated(snapshot%entry)) text = text//attributes(data_file, snapshot%entry, n, part%place)
       end associate
       text = text//'</Grid>'//nl
    end function grid
@@ -179,7 +245,6 @@ contains
       type(entry_t), intent(in) :: entry(:)
       integer, intent(in) :: entities(3), place
       character(len=:), allocatable :: text
-      character, parameter :: nl = new_line('a')
       integer :: i
 
       text = ''
@@ -207,7 +272,7 @@ contains
       text = to_text(rows)
       if (columns > 1) text = text//' '//to_text(columns)
       text = '<DataItem Format="HDF" NumberType="'//type//'" Precision="'//to_text(precision)//'" Dimensions="'// &
-             text//'">'//data_file//':'//dataset//'</DataItem>'//new_line('a')
+             text//'">'//data_file//':'//dataset//'</DataItem>'//nl
    end function data_item
 
 end module xdmf_m

@@ -162,6 +162,41 @@ def test_xdmf_for_meshio_and_vtk(network, commands):
         np.testing.assert_array_equal(vtk_to_numpy(grid.GetCellData().GetArray(name)), values)
 
 
+def test_index_of_the_program_for_meshio_and_vtk(network):
+    """The files beside the results: each part by meshio's series, both as blocks by VTK's reader"""
+    import meshio
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+
+    run = Results(network)
+    cells, stress, aperture, displacement = rock_and_joints(run)
+    for name, field, number, values in zip(
+        ("fields.xdmf", "joints.xdmf"), ("stress_xx", "aperture_mm"), cells, (stress, aperture), strict=True
+    ):
+        with meshio.xdmf.TimeSeriesReader(network / name) as series:
+            points, blocks = series.read_points_cells()
+            times = [series.read_data(k)[0] for k in range(series.num_steps)]
+            _, on_points, on_cells = series.read_data(series.num_steps - 1)
+        assert times == pytest.approx(run.fields.times.tolist(), rel=DIGITS)
+        mesh = meshio.Mesh(points, blocks, point_data=on_points, cell_data=on_cells)
+        assert sum(len(block) for block in mesh.cells) == number
+        np.testing.assert_array_equal(mesh.cell_data[field][0], values)
+        np.testing.assert_array_equal(mesh.point_data["displacement"][:, :2], displacement)
+    reader = vtkXdmfReader()
+    reader.SetFileName(str(network / "fields.xdmf"))
+    reader.UpdateInformation()
+    reader.UpdateTimeStep(times[-1])
+    both = reader.GetOutputDataObject(0)
+    assert both.GetNumberOfBlocks() == 2
+    for index, (name, field, values) in enumerate(
+        (("rock", "stress_xx", stress), ("joints", "aperture_mm", aperture))
+    ):
+        assert both.GetMetaData(index).Get(both.NAME()) == name
+        block = both.GetBlock(index)
+        assert block.GetNumberOfCells() == cells[index]
+        np.testing.assert_array_equal(vtk_to_numpy(block.GetCellData().GetArray(field)), values)
+
+
 def test_block_edges_for_a_gis(network, commands, tmp_path):
     path = tmp_path / "edges.geojson"
     commands("convert", network, "--gis", path, "--crs", "EPSG:2056")
