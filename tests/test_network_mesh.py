@@ -322,6 +322,20 @@ def test_zones_overlap_in_the_order_given_and_holes_are_cut_out_of_them():
 
 
 @pytest.mark.fast
+def test_a_zone_within_another_that_shares_its_border():
+    """The heading of a tunnel, then the whole of it: what they have in common besides areas, points and lines, is no zone."""
+    angle = 2 * np.pi * (np.arange(48) + 0.5) / 48
+    tunnel = np.round(np.column_stack([0.5 + 0.25 * np.cos(angle), 0.5 + 0.25 * np.sin(angle)]), 6)
+    heading = tunnel[tunnel[:, 1] > 0.5]
+    found = regions.make_regions([], [(heading, "heading"), (tunnel, "tunnel")], UNIT, 0.03, FEATURE)
+    areas = {name: zone.area for name, zone in found.zones}
+    x, y = tunnel.T
+    whole = 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1)))
+    assert areas["heading"] + areas["tunnel"] == pytest.approx(whole, rel=1e-9)
+    assert 0.4 * whole < areas["heading"] < 0.5 * whole
+    assert all(zone.geom_type == "Polygon" for _, zone in found.zones)
+
+
 def test_zones_are_read_from_files_and_texts(tmp_path):
     (tmp_path / "zone.csv").write_text("x,y\n0,0\n1,0\n1,1\n0,0\n")
     corners = [[0, 0], [1, 0], [1, 1]]

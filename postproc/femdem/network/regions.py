@@ -162,7 +162,7 @@ def make_regions(circles, polygons, window, size, feature):
         if not zone.is_valid or not zone.area > 0.0:
             wrong.append(f"--zone {name}: its border crosses itself or has no area")
             continue
-        part = rest.intersection(zone)
+        part = areas_of(rest.intersection(zone))
         if not part.area > feature**2:
             wrong.append(f"--zone {name}: nothing of it lies in the window and outside other zones")
             continue
@@ -173,6 +173,14 @@ def make_regions(circles, polygons, window, size, feature):
     lines, of_hole = border_lines(window, cut, [part for _, part in zones])
     window = Window(window, lines, of_hole, [(hole.x, hole.y, hole.inscribed) for hole in holes])
     return Regions(holes, zones, window)
+
+
+def areas_of(shape):
+    """The areas of what two areas share, without the points and lines where they only touch."""
+    from shapely.geometry import Polygon
+    from shapely.ops import unary_union
+
+    return unary_union([part for part in getattr(shape, "geoms", [shape]) if isinstance(part, Polygon)])
 
 
 def border_lines(window, holes, zones):
