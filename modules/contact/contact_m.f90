@@ -151,6 +151,7 @@ contains
          if (old_edge(i) > 0) was(old_edge(i)) = i
       end do
       do i = 1, size(edge)
+         if (edge(i) == 0) cycle
          if (was(edge(i)) == 0) cycle
          now%springs%elongation(i) = before_cut%springs%elongation(was(edge(i)))
          now%springs%stiffness(i) = before_cut%springs%stiffness(was(edge(i)))
