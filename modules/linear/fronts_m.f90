@@ -550,7 +550,7 @@ contains
    !> Memory that the factors take [MB].
    pure integer function memory(self)
       class(fronts_t), intent(in) :: self
-      real(wp), parameter :: megabyte = 1.0e6_wp
+      real(wp), parameter :: megabyte = 2.0_wp**20
 
       memory = 0
       if (allocated(self%begins)) memory = ceiling(8.0_wp*real(self%begins(size(self%begins)), wp)/megabyte)

@@ -49,20 +49,43 @@ contains
       type(state_t), intent(in) :: state
       type(sparse_system_t), intent(inout) :: system
       logical, intent(inout) :: outside
-      real(wp) :: stiffness(36)
-      integer :: e, i
+      integer :: c, t
 
       associate (unused => increment, also => outside)
       end associate
-      do e = 1, size(model%solid%node, 2)
-         stiffness = reshape(triangle_tangent(model%solid, e, state%u(:, model%solid%node(:, e))), [36])
-         do i = 1, 36
-            associate (entry => system%triangle_entry(i, e))
-               if (entry > 0) system%value(entry) = system%value(entry) + stiffness(i)
-            end associate
+      ! Patches of a colour share no node, and so no entry
+      !$omp parallel default(none) shared(model, state, system) private(c, t)
+      do c = 1, size(model%solid%patches%colour) - 1
+         !$omp do schedule(static)
+         do t = model%solid%patches%colour(c), model%solid%patches%colour(c + 1) - 1
+            call add_patch(model, t, state%u, system)
+         end do
+         !$omp end do
+      end do
+      !$omp end parallel
+   end subroutine add_tangent
+
+   !> Stiffness of the triangles of a patch.
+   subroutine add_patch(model, t, u, system)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: t
+      !> (2, nodes) [m]
+      real(wp), intent(in) :: u(:, :)
+      type(sparse_system_t), intent(inout) :: system
+      real(wp) :: stiffness(6, 6)
+      integer :: e, i, j
+
+      do e = model%solid%patches%first(t), model%solid%patches%last(t)
+         stiffness = triangle_tangent(model%solid, e, u(:, model%solid%node(:, e)))
+         do j = 1, 6
+            do i = 1, 6
+               associate (entry => system%triangle_entry(6*(j - 1) + i, e))
+                  if (entry > 0) system%value(entry) = system%value(entry) + stiffness(i, j)
+               end associate
+            end do
          end do
       end do
-   end subroutine add_tangent
+   end subroutine add_patch
 
    subroutine join_nodes(model, state, groups)
       type(model_t), intent(in) :: model

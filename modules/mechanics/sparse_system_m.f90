@@ -320,27 +320,39 @@ contains
       real(wp), intent(in) :: stiffness(:, :)
       !> Set when an entry is not in the pattern; left as it is otherwise
       logical, intent(inout) :: outside
-      integer :: a, b, i, j, row, column, entry
+      integer :: a, b, i, j, row, column, entry, at
 
+      ! Rows of a node have the same columns, and columns of a node stand side by side: one entry tells where the four are
       do b = 1, size(node)
-         do j = 1, 2
-            column = system%number(j, node(b))
-            if (column == 0) cycle
-            do a = 1, size(node)
+         column = first_of(system%number(:, node(b)))
+         if (column == 0) cycle
+         do a = 1, size(node)
+            row = first_of(system%number(:, node(a)))
+            if (row == 0) cycle
+            entry = entry_of(system, row, column)
+            if (entry == 0) then
+               outside = .true.
+               cycle
+            end if
+            do j = 1, 2
+               if (system%number(j, node(b)) == 0) cycle
                do i = 1, 2
-                  row = system%number(i, node(a))
-                  if (row == 0) cycle
-                  entry = entry_of(system, row, column)
-                  if (entry == 0) then
-                     outside = .true.
-                  else
-                     system%value(entry) = system%value(entry) + stiffness(2*(a - 1) + i, 2*(b - 1) + j)
-                  end if
+                  if (system%number(i, node(a)) == 0) cycle
+                  at = entry + system%first(system%number(i, node(a))) - system%first(row) + system%number(j, node(b)) - column
+                  system%value(at) = system%value(at) + stiffness(2*(a - 1) + i, 2*(b - 1) + j)
                end do
             end do
          end do
       end do
    end subroutine add_block
+
+   !> The first of a node's unknowns, 0 when it has none.
+   pure integer function first_of(number)
+      integer, intent(in) :: number(2)
+
+      first_of = number(1)
+      if (first_of == 0) first_of = number(2)
+   end function first_of
 
    !> Vertex of each unknown in the graph of the nodes that move (unknowns).
    pure function vertices_of(system) result(vertex)

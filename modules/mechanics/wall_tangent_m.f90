@@ -61,20 +61,33 @@ contains
       !> State of the joint
       type(joint_point_t), intent(in) :: point
       type(wall_element_t), intent(inout) :: element
-      type(joint_answer_t) :: answer
-      type(geometry_t) :: geometry(first:last)
-      real(wp), allocatable :: slip(:), pressure(:, :), weight(:, :), dilation(:), stress(:)
-      real(wp) :: covered
-      integer :: node(point_nodes, first:last), place(point_nodes, first:last), own(own_nodes), k, m
+      integer :: node(point_nodes, first:last), own(own_nodes), k
 
       do k = first, last
          node(:, k) = [met%point_node(:, k), met%beside(:, k)]
       end do
       call collect_nodes(joints%node(:, j), node, element, own)
-      m = 2*element%nodes
+      call fill_element(joints, met, tractions, j, first, last, x, u, point, node, own, 2*element%nodes, element)
+   end subroutine joint_wall_tangent
+
+   !> The stiffness of an element whose nodes are known.
+   pure subroutine fill_element(joints, met, tractions, j, first, last, x, u, point, node, own, m, element)
+      type(joints_t), intent(in) :: joints
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(in) :: tractions
+      integer, intent(in) :: j, first, last
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      type(joint_point_t), intent(in) :: point
+      !> Nodes of the points, places of the joint's own in the element, components of the element
+      integer, intent(in) :: node(point_nodes, first:last), own(own_nodes), m
+      type(wall_element_t), intent(inout) :: element
+      type(joint_answer_t) :: answer
+      type(geometry_t) :: geometry(first:last)
+      real(wp) :: slip(m), pressure(m, first:last), weight(m, first:last), dilation(m), stress(m), covered, row(m, m)
+      integer :: place(point_nodes, first:last), k
+
       element%stiffness(:m, :m) = 0.0_wp
       if (last < first) return
-      allocate (slip(m), pressure(m, first:last), weight(m, first:last), dilation(m), stress(m))
       answer = answer_of(joints, tractions, j, point, share_when_open(joints, j), unstressed_share)
       slip = slip_gradient(joint_kinematics(x(:, joints%node(:, j)), u(:, joints%node(:, j))), own, m)
       covered = sum(met%weight(first:last))
@@ -103,14 +116,15 @@ contains
          pressure(:, k) = normal_stiffness_at(joints, met, tractions, answer, j, k)*(pressure(:, k) + dilation)
          stress = stress + met%weight(k)/covered*pressure(:, k) + tractions%pressure(k)*weight(:, k)
       end do
+      row = 0.0_wp
       do k = first, last
-         call add_point(joints, met, tractions, j, k, answer, geometry(k), place(:, k), slip, pressure(:, k), stress, &
-                        element%stiffness(:m, :m))
+         call add_point(joints, met, tractions, j, k, answer, geometry(k), place(:, k), slip, pressure(:, k), stress, row)
       end do
-   end subroutine joint_wall_tangent
+      element%stiffness(:m, :m) = transpose(row)
+   end subroutine fill_element
 
    !> Add an integration point's part, minus the derivative of the nodal forces of its tractions.
-   pure subroutine add_point(joints, met, tractions, j, k, answer, geometry, place, slip, pressure, stress, stiffness)
+   pure subroutine add_point(joints, met, tractions, j, k, answer, geometry, place, slip, pressure, stress, row)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
       type(tractions_t), intent(in) :: tractions
@@ -122,10 +136,11 @@ contains
       integer, intent(in) :: place(point_nodes)
       !> Derivatives of slip [-], pressure and mean normal stress [Pa/m] by the element's displacements
       real(wp), intent(in) :: slip(:), pressure(:), stress(:)
-      real(wp), intent(inout) :: stiffness(:, :)
+      !> Rows of the element's stiffness (components, row)
+      real(wp), intent(inout) :: row(:, :)
       real(wp) :: shear(size(slip)), along_n(size(slip)), along_t(size(slip)), shape(size(slip), own_nodes)
       real(wp) :: n(2), t(2), p, s
-      integer :: i, c, row
+      integer :: i, c, at
 
       t = met%tangent(:, met%wall(k))
       n = [-t(2), t(1)]
@@ -145,9 +160,9 @@ contains
       do i = 1, own_nodes
          shape(:, i) = onto_element(geometry%shape(:, i), place, size(slip))
          do c = 1, 2
-            row = 2*(place(i) - 1) + c
-            stiffness(row, :) = stiffness(row, :) - side(i)*(met%shape(i, k)*(along_n*n(c) + along_t*t(c)) &
-                                                             + shape(:, i)*met%weight(k)*(p*n(c) - s*t(c)))
+            at = 2*(place(i) - 1) + c
+            row(:, at) = row(:, at) - side(i)*(met%shape(i, k)*(along_n*n(c) + along_t*t(c)) &
+                                               + shape(:, i)*met%weight(k)*(p*n(c) - s*t(c)))
          end do
       end do
    end subroutine add_point

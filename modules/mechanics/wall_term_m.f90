@@ -59,18 +59,28 @@ contains
       type(state_t), intent(in) :: state
       type(sparse_system_t), intent(inout) :: system
       logical, intent(inout) :: outside
-      type(wall_element_t) :: element
-      integer :: first(size(model%walls%joint)/2 + 1), i
+      !> Elements that are found before any is added
+      integer, parameter :: batch = 256
+      type(wall_element_t) :: element(batch)
+      integer :: first(size(model%walls%joint)/2 + 1), i, begin, last
 
       associate (unused => increment)
       end associate
       call points_of_joints(state%walls, first)
-      do i = 1, size(first) - 1
-         associate (j => model%walls%joint(2*i))
-            call joint_wall_tangent(model%joints, state%walls, state%tractions, j, first(i), first(i + 1) - 1, model%split%x, &
-                                    state%u, state%joint(j), element)
-         end associate
-         call add_block(system, element%node(:element%nodes), element%stiffness, outside)
+      do begin = 1, size(first) - 1, batch
+         last = min(begin + batch, size(first)) - 1
+         !$omp parallel do schedule(static) default(none) shared(model, state, element, first, begin, last)
+         do i = begin, last
+            associate (j => model%walls%joint(2*i))
+               call joint_wall_tangent(model%joints, state%walls, state%tractions, j, first(i), first(i + 1) - 1, model%split%x, &
+                                       state%u, state%joint(j), element(i - begin + 1))
+            end associate
+         end do
+         !$omp end parallel do
+         ! In their order, whoever found them
+         do i = 1, last - begin + 1
+            call add_block(system, element(i)%node(:element(i)%nodes), element(i)%stiffness, outside)
+         end do
       end do
    end subroutine add_tangent
 
