@@ -61,7 +61,8 @@ ROUTINE_END = re.compile(r"^\s*end\s*(subroutine|function)\b", re.IGNORECASE)
 THOUSAND = r"(?:1(?:\.0*)?[ed][+-]?0?[369]|1(?:\.0*)?[ed][+-]?12|1000\.0*|0\.001)(?:_wp)?\b"
 FACTOR = re.compile(rf"[*/]\s*{THOUSAND}|(?<![\w.]){THOUSAND}\s*[*/]", re.IGNORECASE)
 NAMED_FACTOR = re.compile(
-    rf"parameter\b.*\b(?:mega(?!byte)|milli(?!on)|micro|giga|kilo|mpa|mm_|per_m)\w*\s*=\s*{THOUSAND}", re.IGNORECASE
+    rf"parameter\b.*\b(?:mega(?!byte)|milli(?!on)|micro|giga|kilo|mpa|mm_|per_m)\w*\s*=\s*{THOUSAND}",
+    re.IGNORECASE,
 )
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
