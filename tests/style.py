@@ -339,6 +339,27 @@ def check_routine_length():
     return complaints
 
 
+def check_procedures_used():
+    """Every procedure of the program is used by the program: what only tests need is among the tests."""
+    words, defined = {}, {}
+    for path in (path for path in FILES if path.suffix in (".f90", ".inc")):
+        if path.relative_to(TOP).parts[0] not in ("modules", "src"):
+            continue
+        inside = []
+        # Continued lines are one; what is public or imported is not yet used
+        text = re.sub(r"&\s*\n\s*&?", "", "\n".join(map(statement, read(path).splitlines())))
+        for line in text.splitlines():
+            if ROUTINE_END.match(line):
+                inside = inside[:-1]
+            elif routine := ROUTINE.match(line):
+                inside = [*inside, routine.group(2).lower()]
+                defined[inside[-1], path] = len(inside)
+            elif not re.match(r"\s*(?:public\b|use\b|private\b)", line):
+                for word in set(re.findall(r"\w+", line.lower())) - set(inside):
+                    words.setdefault(word, set()).add(path)
+    return [f"{name_of(path)}: nothing but tests uses {name}" for name, path in defined if name not in words]
+
+
 def check_sources_listed():
     """Every module and unit test stands in the CMakeLists.txt beside it, and nothing else does."""
     complaints = []
@@ -399,6 +420,7 @@ CHECKS = [
     check_cycles,
     check_graph_in_manual,
     check_routine_length,
+    check_procedures_used,
     check_sources_listed,
     check_links,
     check_file_sizes,

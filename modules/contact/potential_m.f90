@@ -15,7 +15,7 @@ module potential_m
    implicit none
    private
 
-   public :: area_coordinates, edge_moments, push_target, pair_penalty, twice_area, smallest_height
+   public :: area_coordinates, edge_moments, push_target, pair_penalty, twice_area
 
    !> What the target's edges feel in one role. Edge k runs from corner k to the next one, anticlockwise.
    type, public :: push_t
@@ -227,15 +227,6 @@ contains
       twice_area = (corner(1, 2) - corner(1, 1))*(corner(2, 3) - corner(2, 1)) &
                    - (corner(2, 2) - corner(2, 1))*(corner(1, 3) - corner(1, 1))
    end function twice_area
-
-   !> Smallest height of a triangle [m]: the potential rises by at most 3/height a metre.
-   pure real(wp) function smallest_height(corner)
-      !> Corners, anticlockwise (2, 3) [m]
-      real(wp), intent(in) :: corner(2, 3)
-
-      smallest_height = twice_area(corner)/max(norm2(corner(:, 2) - corner(:, 1)), norm2(corner(:, 3) - corner(:, 2)), &
-                                               norm2(corner(:, 1) - corner(:, 3)))
-   end function smallest_height
 
    !> Penalty of a pair: the harmonic mean, as of two springs in series, so that the softer rock sets it.
    pure real(wp) function pair_penalty(a, b)

@@ -9,8 +9,8 @@ module jcm_dilation_m
    implicit none
    private
 
-   public :: damage_coefficient, peak_dilation_angle, peak_dilation_ratio, dilation_angle, dilation_tangent, &
-             dilation_tangent_slope, dilation_increment, dilation_between, dilation_from_rest, jcm_dilation, contraction_end
+   public :: damage_coefficient, peak_dilation_angle, dilation_angle, dilation_tangent, dilation_tangent_slope, &
+             dilation_between, dilation_from_rest, jcm_dilation, contraction_end
 
    !> u/up up to which eq 19 contracts
    real(wp), parameter :: contraction_end = 0.25_wp
@@ -50,15 +50,6 @@ contains
       slope = edge%jrcn/damage
       if (logarithm > least_logarithm) slope = slope*(1.0_wp + edge%jrcn/(12.0_wp*logarithm*damage))
    end function peak_dilation_angle_slope
-
-   !> Eq 20: dilation at the peak over peak displacement, vp/up [-].
-   pure real(wp) function peak_dilation_ratio(edge, sn)
-      type(jcm_edge_t), intent(in) :: edge
-      !> Normal stress [MPa]
-      real(wp), intent(in) :: sn
-
-      peak_dilation_ratio = dilation_ratio(peak_dilation_angle(edge, roughness_logarithm(edge, sn)))
-   end function peak_dilation_ratio
 
    !> Eq 20 for a known peak dilation angle [-].
    pure real(wp) function dilation_ratio(peak_angle)
@@ -105,14 +96,6 @@ contains
          slope = radians*peak_angle*share_slope(post_peak, ratio)*(1.0_wp + dilation_tangent(post_peak, ratio, peak_angle)**2)
       end if
    end function dilation_tangent_slope
-
-   !> Eq 18: closure by a slip du at a mobilised dilation angle [mm].
-   pure real(wp) function dilation_increment(angle, du)
-      !> Mobilised dilation angle [deg], slip [mm]
-      real(wp), intent(in) :: angle, du
-
-      dilation_increment = -tan(radians*angle)*du                                                   ! (18)
-   end function dilation_increment
 
    !> Dilation between two values of u/up at constant stress, over up [-]: exact before the peak, the mid-point rule
    !> after.

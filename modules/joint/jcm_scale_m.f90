@@ -7,10 +7,10 @@ module jcm_scale_m
    implicit none
    private
 
-   public :: jcm_option, jcm_scale, scaled_roughness, scaled_strength, initial_aperture, roughness_logarithm, roughness_at, &
-             peak_displacement_eq14, peak_displacement_eq15, peak_displacement, logarithm_slope, relative_peak_sensitivity, &
-             secant_squared, between, onset, peak_ratio, post_peak_exponent, largest_stress, largest_slip, largest_ratio, &
-             steepest
+   public :: jcm_option, jcm_scale, scaled_roughness, scaled_strength, initial_aperture, roughness_logarithm, &
+             roughness_at, peak_displacement_eq14, peak_displacement, logarithm_slope, relative_peak_sensitivity, &
+             secant_squared, between, onset, peak_ratio, post_peak_exponent, largest_stress, largest_slip, &
+             largest_ratio, steepest
 
    !> Names of the deck's choices (values are distinct so that one name function serves all)
    integer, parameter, public :: unknown_option = 0
@@ -246,16 +246,6 @@ contains
 
       peak_displacement_eq14 = ln/500.0_wp*(max(jrcn, least_roughness)/ln)**0.33_wp                 ! (14)
    end function peak_displacement_eq14
-
-   !> Eq 15: peak displacement of a block edge under a normal stress [m].
-   pure real(wp) function peak_displacement_eq15(ln, jrcn, jcsn, sn)
-      !> Length of the edge [m], scaled JRC, scaled JCS and normal stress [MPa]
-      real(wp), intent(in) :: ln, jrcn, jcsn, sn
-      real(wp) :: logarithm
-
-      logarithm = between(0.0_wp, log10(jcsn/max(sn, jcsn*10.0_wp**(-widest_logarithm))), widest_logarithm)
-      peak_displacement_eq15 = peak_length(ln)*peak_stress_factor(logarithm, jrcn*logarithm)        ! (15)
-   end function peak_displacement_eq15
 
    !> The factor of eq 15 that depends on length [m].
    pure real(wp) function peak_length(ln)

@@ -1,16 +1,15 @@
-!> Shear strength and stiffness of the JCM: eqs 12, 13, 16, 17, 33 and Table 1.
+!> Shear strength and stiffness of the JCM: angles and slopes of eqs 13, 16, 17, 33 and Table 1.
 module jcm_strength_m
    use kinds_m, only: wp
    use constants_m, only: radians
-   use joint_point_m, only: joint_point_t
    use jcm_scale_m, only: roughness_logarithm, roughness_at, logarithm_slope, secant_squared, between, post_peak_eq16, onset, &
                           peak_ratio, post_peak_exponent, largest_stress, largest_ratio, jcm_edge_t, roughness_t
    implicit none
    private
 
-   public :: mobilised_ratio, mobilised_ratio_slope, share_beyond_onset, share_slope, mobilised_angle, angle_at, angle_slope, &
-             peak_strength, shear_strength, mobilised_friction, shear_stiffness, shear_stress_sensitivity, &
-             elastic_shear_stiffness, residual_shear_stiffness, steepest_slope, steepest_slope_sensitivity, table_nodes, table_u
+   public :: mobilised_ratio, share_beyond_onset, share_slope, mobilised_angle, angle_at, angle_slope, shear_stiffness, &
+             shear_stress_sensitivity, elastic_shear_stiffness, residual_shear_stiffness, steepest_slope, &
+             steepest_slope_sensitivity, table_nodes, table_u
 
    !> Table 1 from u/up = 0.3 on: JRCmob/JRCn at the nodes, read linearly between them
    integer, parameter :: table_nodes = 8
@@ -35,19 +34,6 @@ contains
          mobilised_ratio = share_beyond_onset(edge%post_peak, ratio)
       end if
    end function mobilised_ratio
-
-   !> Slope of mobilised_ratio against u/up, on the right of a node [-].
-   pure real(wp) function mobilised_ratio_slope(edge, ratio, sn)
-      type(jcm_edge_t), intent(in) :: edge
-      !> u/up [-], normal stress [MPa]
-      real(wp), intent(in) :: ratio, sn
-
-      if (ratio < onset) then
-         mobilised_ratio_slope = residual_share(edge, sn)/onset
-      else
-         mobilised_ratio_slope = share_slope(edge%post_peak, ratio)
-      end if
-   end function mobilised_ratio_slope
 
    !> phi_r/[JRCn log10(JCSn/sn)], Table 1 at u = 0 [-]; zero where the divisor vanishes.
    pure real(wp) function residual_share(edge, sn)
@@ -137,34 +123,6 @@ contains
          angle_slope = share_slope(edge%post_peak, ratio)*roughness
       end if
    end function angle_slope
-
-   !> Eq 12: peak shear strength [MPa].
-   pure real(wp) function peak_strength(edge, sn)
-      type(jcm_edge_t), intent(in) :: edge
-      !> Normal stress [MPa]
-      real(wp), intent(in) :: sn
-
-      peak_strength = shear_strength(edge, peak_ratio, sn)                                          ! (12)
-   end function peak_strength
-
-   !> Eq 13: shear strength mobilised at u/up = ratio [MPa].
-   pure real(wp) function shear_strength(edge, ratio, sn)
-      type(jcm_edge_t), intent(in) :: edge
-      !> u/up [-], normal stress [MPa]
-      real(wp), intent(in) :: ratio, sn
-      real(wp) :: pressed
-
-      pressed = between(0.0_wp, sn, largest_stress)
-      shear_strength = pressed*tan(radians*mobilised_angle(edge, ratio, pressed))                   ! (13)
-   end function shear_strength
-
-   !> Eq 33: friction coefficient the joint has mobilised, for eq 4 [-].
-   pure real(wp) function mobilised_friction(edge, state)
-      type(jcm_edge_t), intent(in) :: edge
-      type(joint_point_t), intent(in) :: state
-
-      mobilised_friction = tan(radians*mobilised_angle(edge, state%ratio, state%sn))                ! (33)
-   end function mobilised_friction
 
    !> Eq 17: d tau/du of eq 13 at constant normal stress [MPa/mm].
    pure real(wp) function shear_stiffness(edge, ratio, sn)

@@ -1,5 +1,5 @@
 !> Splitting of a mesh along edges: the two sides of each edge get nodes of their own, held together by a four-noded
-!> joint element. split_mesh does so for the fractures before the run, split_edges for any edges: cracks, while it goes on.
+!> joint element. fracture_cuts says where before the run; split_edges does it for any edges, cracks too, while it goes on.
 module split_m
    use chains_m, only: direct_chains, find_neighbours
    use edges_m, only: build_edges, edge_table_t, find_edge, next_corner
@@ -11,7 +11,7 @@ module split_m
    implicit none
    private
 
-   public :: split_mesh, fracture_cuts, split_edges, interior_edges, add_cuts, node_parents
+   public :: fracture_cuts, split_edges, add_cuts, node_parents
 
    !> Edges to split, one joint element each, in this order
    type, public :: cut_t
@@ -22,25 +22,6 @@ module split_m
    end type cut_t
 
 contains
-
-   !> Split the mesh along the lines of the fracture groups, one joint element a line, in the order of the lines.
-   !> All joint elements of a chain (see chains_m) run A->B the same way, to +x or, where it is upright, to +y.
-   subroutine split_mesh(mesh, fracture_group, split, errors)
-      type(mesh_t), intent(in) :: mesh
-      !> Is this group a fracture? (groups)
-      logical, intent(in) :: fracture_group(:)
-      !> The mesh with facing walls
-      type(split_mesh_t), intent(out) :: split
-      !> Fracture lines that cannot be split are added here
-      type(error_list_t), intent(inout) :: errors
-      type(edge_table_t) :: edges
-      type(cut_t) :: cut
-      integer :: before
-
-      before = errors%count()
-      call fracture_cuts(mesh, fracture_group, edges, cut, errors)
-      if (errors%count() == before) call split_edges(mesh, edges, cut, split)
-   end subroutine split_mesh
 
    !> The edges of the mesh and those of them that the fracture groups cut, directed along their chains.
    subroutine fracture_cuts(mesh, fracture_group, edges, cut, errors)
@@ -131,18 +112,6 @@ contains
          if (reversed(i)) cut%node(:, i) = cut%node([2, 1], i)
       end do
    end subroutine direct
-
-   !> Cut every interior edge, each directed as its first triangle has it: cohesive joint elements everywhere.
-   subroutine interior_edges(edges, cut)
-      type(edge_table_t), intent(in) :: edges
-      type(cut_t), intent(out) :: cut
-      integer :: e
-
-      cut%edge = pack([(e, e=1, size(edges%triangles))], edges%triangles == 2)
-      cut%node = edges%node(:, cut%edge)
-      allocate (cut%group(size(cut%edge)))
-      cut%group = 0
-   end subroutine interior_edges
 
    !> Add cracks to the cuts, of no group, each directed as its first triangle has it.
    pure subroutine add_cuts(edges, chosen, cut)

@@ -13,11 +13,14 @@
 !>        0     1     2  x
 module mesh_fixture
    use kinds_m, only: wp
-   use mesh_m, only: find_group, group_t, mesh_t
+   use mesh_m, only: find_group, group_t, mesh_t, split_mesh_t
+   use errors_m, only: error_list_t
+   use edges_m, only: edge_table_t
+   use split_m, only: cut_t, fracture_cuts, split_edges
    implicit none
    private
 
-   public :: crossed_grid, add_path, add_point, node_at, is_fracture
+   public :: crossed_grid, add_path, add_point, node_at, is_fracture, split_mesh, interior_edges
 
 contains
 
@@ -111,5 +114,36 @@ contains
          is_fracture(i) = mesh%group(i)%dimension == 1 .and. index(mesh%group(i)%name, 'fracture') == 1
       end do
    end function is_fracture
+
+   !> Split the mesh along the lines of the fracture groups, one joint element a line, in the order of the lines.
+   !> All joint elements of a chain (see chains_m) run A->B the same way, to +x or, where it is upright, to +y.
+   subroutine split_mesh(mesh, fracture_group, split, errors)
+      type(mesh_t), intent(in) :: mesh
+      !> Is this group a fracture? (groups)
+      logical, intent(in) :: fracture_group(:)
+      !> The mesh with facing walls
+      type(split_mesh_t), intent(out) :: split
+      !> Fracture lines that cannot be split are added here
+      type(error_list_t), intent(inout) :: errors
+      type(edge_table_t) :: edges
+      type(cut_t) :: cut
+      integer :: before
+
+      before = errors%count()
+      call fracture_cuts(mesh, fracture_group, edges, cut, errors)
+      if (errors%count() == before) call split_edges(mesh, edges, cut, split)
+   end subroutine split_mesh
+
+   !> Cut every interior edge, each directed as its first triangle has it: cohesive joint elements everywhere.
+   subroutine interior_edges(edges, cut)
+      type(edge_table_t), intent(in) :: edges
+      type(cut_t), intent(out) :: cut
+      integer :: e
+
+      cut%edge = pack([(e, e=1, size(edges%triangles))], edges%triangles == 2)
+      cut%node = edges%node(:, cut%edge)
+      allocate (cut%group(size(cut%edge)))
+      cut%group = 0
+   end subroutine interior_edges
 
 end module mesh_fixture
