@@ -49,6 +49,23 @@ module wall_contact_m
       integer, allocatable :: beside(:, :)
    end type wall_meeting_t
 
+   !> A wall edge where it is now: its number, ends A' and B' [m], tangent and length [m]
+   type :: wall_edge_t
+      integer :: number = 0
+      real(wp) :: a(2) = 0.0_wp, b(2) = 0.0_wp, tangent(2) = 0.0_wp, length = 0.0_wp
+   end type wall_edge_t
+
+   !> What a surface edge covers of a wall edge, as fractions of the wall edge from A' to B' (beyond [0,1] outside)
+   type :: cover_t
+      !> The surface edge; do the two face each other?
+      integer :: edge = 0
+      logical :: faces = .false.
+      real(wp) :: from = 0.0_wp, to = 0.0_wp
+      !> The part of it that is its own, from and to; nodes of the other blocks that end there and share it, 0: none
+      real(wp) :: part(2) = 0.0_wp
+      integer :: beside(2) = 0
+   end type cover_t
+
    public :: init_meeting, meet_walls, add_wall_forces, wall_stiffness_bound, wall_slip_rate, points_of_joints, facing_part, &
              facing_part_slope
 
@@ -70,61 +87,58 @@ contains
       !> Reference coordinates and displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       type(wall_meeting_t), intent(inout) :: met
+      type(wall_edge_t) :: wall
+      type(cover_t) :: cover
       integer :: w, e, steps, before
-      real(wp) :: a(2), b(2), t(2), length, from, to, part(2)
-      integer :: beside(2)
-      logical :: faces
 
       met%points = 0
       do w = 1, size(walls%joint)
-         a = x(:, walls%node(1, w)) + u(:, walls%node(1, w))
-         b = x(:, walls%node(2, w)) + u(:, walls%node(2, w))
-         length = sqrt(sum((b - a)**2))
-         t = (b - a)/length
-         met%length(w) = length
-         met%tangent(:, w) = t
+         wall%number = w
+         wall%a = x(:, walls%node(1, w)) + u(:, walls%node(1, w))
+         wall%b = x(:, walls%node(2, w)) + u(:, walls%node(2, w))
+         wall%length = sqrt(sum((wall%b - wall%a)**2))
+         wall%tangent = (wall%b - wall%a)/wall%length
+         met%length(w) = wall%length
+         met%tangent(:, w) = wall%tangent
          before = met%points
          e = met%facing(w)
          if (e == 0) cycle
-         call project(walls, e, x, u, a, t, length, from, to, faces)
+         call project(walls, e, x, u, wall, cover)
          ! Walk until the edge faced last overlaps this one again
          do steps = 1, longest_walk
-            if (to > 0.0_wp .and. from < 1.0_wp) exit
-            if (to <= 0.0_wp) then
+            if (cover%to > 0.0_wp .and. cover%from < 1.0_wp) exit
+            if (cover%to <= 0.0_wp) then
                if (walls%before(e) == 0) exit
                e = walls%before(e)
             else
                if (walls%after(e) == 0) exit
                e = walls%after(e)
             end if
-            call project(walls, e, x, u, a, t, length, from, to, faces)
+            call project(walls, e, x, u, wall, cover)
          end do
          if (met%facing(w) /= e) met%moved_on = .true.
          met%facing(w) = e
-         call share_edge(walls, e, walls%after(e), walls%before(e), x, u, a, t, length, from, to, part, beside)
-         if (faces) call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside, met)
-         if (part(1) > 0.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .true., met)
-         if (part(2) < 1.0_wp) call walk_on(walls, w, x, u, a, b, t, length, .false., met)
+         call share_edge(walls, walls%after(e), walls%before(e), x, u, wall, cover)
+         if (cover%faces) call add_points(walls, x, u, wall, cover, met)
+         if (cover%part(1) > 0.0_wp) call walk_on(walls, x, u, wall, .true., met)
+         if (cover%part(2) < 1.0_wp) call walk_on(walls, x, u, wall, .false., met)
          met%reached(w) = 0.0_wp
-         if (met%points > before) met%reached(w) = max(0.0_wp, -minval(met%gap(before + 1:met%points))/length)
+         if (met%points > before) met%reached(w) = max(0.0_wp, -minval(met%gap(before + 1:met%points))/wall%length)
       end do
    end subroutine meet_walls
 
    !> Add the points of the edges that follow the one faced, in one direction, while they still overlap the wall.
-   subroutine walk_on(walls, w, x, u, a, b, t, length, ahead, met)
+   subroutine walk_on(walls, x, u, wall, ahead, met)
       type(wall_contact_t), intent(in) :: walls
-      integer, intent(in) :: w
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      !> Ends, tangent and length of the wall edge
-      real(wp), intent(in) :: a(2), b(2), t(2), length
+      type(wall_edge_t), intent(in) :: wall
       !> Ahead along the surface, towards A' of the wall, or back?
       logical, intent(in) :: ahead
       type(wall_meeting_t), intent(inout) :: met
-      integer :: e, last, steps, beside(2)
-      real(wp) :: from, to, part(2)
-      logical :: faces
+      type(cover_t) :: cover
+      integer :: e, last, steps
 
-      e = met%facing(w)
+      e = met%facing(wall%number)
       do steps = 1, longest_walk
          last = e
          if (ahead) then
@@ -133,116 +147,107 @@ contains
             e = walls%before(last)
          end if
          if (e == 0) return
-         call project(walls, e, x, u, a, t, length, from, to, faces)
-         if (.not. faces) return
+         call project(walls, e, x, u, wall, cover)
+         if (.not. cover%faces) return
          ! The edge walked from is the neighbour it shares with, also where its own surface goes on elsewhere
          if (ahead) then
-            call share_edge(walls, e, walls%after(e), last, x, u, a, t, length, from, to, part, beside)
+            call share_edge(walls, walls%after(e), last, x, u, wall, cover)
          else
-            call share_edge(walls, e, last, walls%before(e), x, u, a, t, length, from, to, part, beside)
+            call share_edge(walls, last, walls%before(e), x, u, wall, cover)
          end if
-         if (part(2) <= 0.0_wp .or. part(1) >= 1.0_wp) return
-         call add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside, met)
+         if (cover%part(2) <= 0.0_wp .or. cover%part(1) >= 1.0_wp) return
+         call add_points(walls, x, u, wall, cover, met)
       end do
    end subroutine walk_on
 
-   !> Part of the wall edge that a surface edge covers, as fractions of the wall edge from A' to B' (beyond [0,1] outside).
-   pure subroutine project(walls, e, x, u, a, t, length, from, to, faces)
+   !> Part of the wall edge that a surface edge covers.
+   pure subroutine project(walls, e, x, u, wall, cover)
       type(wall_contact_t), intent(in) :: walls
       integer, intent(in) :: e
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      real(wp), intent(in) :: a(2), t(2), length
-      real(wp), intent(out) :: from, to
-      !> Do the two edges face each other?
-      logical, intent(out) :: faces
+      type(wall_edge_t), intent(in) :: wall
+      !> All but its part and what is beside it
+      type(cover_t), intent(inout) :: cover
       real(wp) :: p(2), q(2)
 
       p = x(:, walls%surface(1, e)) + u(:, walls%surface(1, e))
       q = x(:, walls%surface(2, e)) + u(:, walls%surface(2, e))
-      to = dot_product(p - a, t)/length
-      from = dot_product(q - a, t)/length
-      faces = (to - from)*length > facing_cosine*sqrt(sum((q - p)**2))
+      cover%edge = e
+      cover%to = dot_product(p - wall%a, wall%tangent)/wall%length
+      cover%from = dot_product(q - wall%a, wall%tangent)/wall%length
+      cover%faces = (cover%to - cover%from)*wall%length > facing_cosine*sqrt(sum((q - p)**2))
    end subroutine project
 
    !> Part of the wall edge that belongs to a surface edge: what it covers, but where the surface goes on in another block
    !> that covers some of it too, each block has half of that. So no piece of wall is held twice, and what each edge
    !> holds changes without a jump when blocks pass each other at a crossing.
-   pure subroutine share_edge(walls, e, next, previous, x, u, a, t, length, from, to, part, beside)
+   pure subroutine share_edge(walls, next, previous, x, u, wall, cover)
       type(wall_contact_t), intent(in) :: walls
-      !> Surface edge, and its neighbours towards A' and B' of the wall (0: none)
-      integer, intent(in) :: e, next, previous
+      !> Neighbours of the surface edge towards A' and B' of the wall (0: none)
+      integer, intent(in) :: next, previous
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      real(wp), intent(in) :: a(2), t(2), length
-      !> What the surface edge covers
-      real(wp), intent(in) :: from, to
-      !> From and to; nodes of the other blocks that end there, 0: none
-      real(wp), intent(out) :: part(2)
-      integer, intent(out) :: beside(2)
-      real(wp) :: other_from, other_to
-      logical :: faces
+      type(wall_edge_t), intent(in) :: wall
+      type(cover_t), intent(inout) :: cover
+      type(cover_t) :: other
 
-      part = [from, to]
-      beside = 0
+      cover%part = [cover%from, cover%to]
+      cover%beside = 0
       if (next > 0) then
-         if (walls%surface(1, next) /= walls%surface(2, e)) then
-            call project(walls, next, x, u, a, t, length, other_from, other_to, faces)
-            if (faces .and. other_to > from) then
-               part(1) = 0.5_wp*(from + other_to)
-               beside(1) = walls%surface(1, next)
+         if (walls%surface(1, next) /= walls%surface(2, cover%edge)) then
+            call project(walls, next, x, u, wall, other)
+            if (other%faces .and. other%to > cover%from) then
+               cover%part(1) = 0.5_wp*(cover%from + other%to)
+               cover%beside(1) = walls%surface(1, next)
             end if
          end if
       end if
       if (previous > 0) then
-         if (walls%surface(2, previous) /= walls%surface(1, e)) then
-            call project(walls, previous, x, u, a, t, length, other_from, other_to, faces)
-            if (faces .and. other_from < to) then
-               part(2) = 0.5_wp*(to + other_from)
-               beside(2) = walls%surface(2, previous)
+         if (walls%surface(2, previous) /= walls%surface(1, cover%edge)) then
+            call project(walls, previous, x, u, wall, other)
+            if (other%faces .and. other%from < cover%to) then
+               cover%part(2) = 0.5_wp*(cover%to + other%from)
+               cover%beside(2) = walls%surface(2, previous)
             end if
          end if
       end if
    end subroutine share_edge
 
    !> Two Gauss points on the overlap of a wall edge with a surface edge.
-   subroutine add_points(walls, w, e, x, u, a, b, t, length, from, to, part, beside, met)
+   subroutine add_points(walls, x, u, wall, cover, met)
       type(wall_contact_t), intent(in) :: walls
-      integer, intent(in) :: w, e
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      real(wp), intent(in) :: a(2), b(2), t(2), length, from, to
-      !> Part of the wall edge that belongs to the surface edge
-      real(wp), intent(in) :: part(2)
-      !> Nodes of the blocks beside that share it, 0: none
-      integer, intent(in) :: beside(2)
+      type(wall_edge_t), intent(in) :: wall
+      type(cover_t), intent(in) :: cover
       type(wall_meeting_t), intent(inout) :: met
       real(wp) :: p(2), q(2), low, high, xi, eta, gap, share, deeper
       integer :: g, k, nodes(4)
 
-      low = max(0.0_wp, part(1))
-      high = min(1.0_wp, part(2))
+      low = max(0.0_wp, cover%part(1))
+      high = min(1.0_wp, cover%part(2))
       if (high - low < least_overlap) return
-      nodes = [walls%node(:, w), walls%surface(:, e)]
+      nodes = [walls%node(:, wall%number), walls%surface(:, cover%edge)]
       p = x(:, nodes(3)) + u(:, nodes(3))
       q = x(:, nodes(4)) + u(:, nodes(4))
-      share = facing_part((to - from)*length/sqrt(sum((q - p)**2)))
-      if (walls%wall_of(e) > 0) share = half*share
+      share = facing_part((cover%to - cover%from)*wall%length/sqrt(sum((q - p)**2)))
+      if (walls%wall_of(cover%edge) > 0) share = half*share
       if (met%points + 2 > size(met%wall)) call grow(met, 2*size(met%wall))
       do g = 1, 2
          xi = low + (high - low)*gauss(g)
-         eta = (to - xi)/(to - from)
+         eta = (cover%to - xi)/(cover%to - cover%from)
          ! The outward normal of a wall is its tangent turned clockwise
-         gap = dot_product(p + eta*(q - p) - a - xi*(b - a), [t(2), -t(1)])
-         deeper = (-gap/length - met%reached(w))/walls%deepest(w)
+         gap = dot_product(p + eta*(q - p) - wall%a - xi*(wall%b - wall%a), [wall%tangent(2), -wall%tangent(1)])
+         deeper = (-gap/wall%length - met%reached(wall%number))/walls%deepest(wall%number)
          if (deeper > 1.0_wp) cycle
          k = met%points + 1
          met%points = k
-         met%wall(k) = w
-         met%faced_joint(k) = walls%wall_of(e)
+         met%wall(k) = wall%number
+         met%faced_joint(k) = walls%wall_of(cover%edge)
          met%point_node(:, k) = nodes
          met%shape(:, k) = [1.0_wp - xi, xi, 1.0_wp - eta, eta]
-         met%weight(k) = 0.5_wp*(high - low)*length*share*held_part(deeper)
+         met%weight(k) = 0.5_wp*(high - low)*wall%length*share*held_part(deeper)
          met%gap(k) = gap
-         met%part(:, k) = part
-         met%beside(:, k) = beside
+         met%part(:, k) = cover%part
+         met%beside(:, k) = cover%beside
       end do
    end subroutine add_points
 
