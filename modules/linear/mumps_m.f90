@@ -4,14 +4,14 @@
 !> This file is compiled with relaxed flags: MUMPS brings its own structure, a file to be included.
 module mumps_m
    use kinds_m, only: wp
-   use fronts_m, only: linear_ok, linear_singular, linear_failed
    implicit none
    private
 
    include 'mpif.h'
    include 'dmumps_struc.h'
 
-   public :: linear_ok, linear_singular, linear_failed
+   !> Outcome of a call
+   integer, parameter, public :: linear_ok = 0, linear_singular = 1, linear_failed = 2
 
    !> A factored matrix
    type, public :: sparse_lu_t
@@ -37,7 +37,7 @@ module mumps_m
    integer, parameter :: error_stream = 1, warning_stream = 2, global_stream = 3, print_level = 4, permutation = 6, &
                          ordering = 7, scaling = 8, refinement = 10, extra_memory = 14, &
                          memory_limit = 23, null_pivot_detection = 24
-   integer, parameter :: ordering_amf = 2, memory_margin_percent = 60
+   integer, parameter :: ordering_given = 1, ordering_amf = 2, memory_margin_percent = 60
    !> Threshold of partial pivoting: the systems are close to symmetric positive definite ones
    integer, parameter :: pivot_threshold = 1
    real(wp), parameter :: least_pivot_ratio = 1.0e-4_wp
@@ -60,7 +60,7 @@ module mumps_m
 contains
 
    !> Order the unknowns of a pattern and plan the factorisation.
-   subroutine analyse(self, n, row, column, status)
+   subroutine analyse(self, n, row, column, status, place)
       class(sparse_lu_t), intent(inout) :: self
       !> Number of unknowns
       integer, intent(in) :: n
@@ -68,6 +68,8 @@ contains
       integer, intent(in) :: row(:), column(:)
       !> One of the outcomes
       integer, intent(out) :: status
+      !> Place of every unknown in the order of elimination (unknowns); the least degree goes first when not given
+      integer, intent(in), optional :: place(:)
 
       call self%free()
       self%id%comm = MPI_COMM_WORLD
@@ -90,6 +92,11 @@ contains
       self%id%n = n
       self%id%nnz = size(row, kind=8)
       allocate (self%id%irn(size(row)), self%id%jcn(size(row)), self%id%a(size(row)), self%id%rhs(n))
+      if (present(place)) then
+         self%id%icntl(ordering) = ordering_given
+         allocate (self%id%perm_in(n))
+         self%id%perm_in = place
+      end if
       self%id%irn = row
       self%id%jcn = column
       self%id%job = job_analyse
@@ -173,6 +180,7 @@ contains
 
       if (.not. self%started) return
       deallocate (self%id%irn, self%id%jcn, self%id%a, self%id%rhs)
+      if (associated(self%id%perm_in)) deallocate (self%id%perm_in)
       self%id%job = job_end
       call dmumps(self%id)
       self%started = .false.

@@ -8,7 +8,7 @@ module sparse_system_m
    implicit none
    private
 
-   public :: build_system, matrix_of, restore_system, vertices_of, add_block, multiply, gather, scatter
+   public :: build_system, matrix_of, restore_system, add_block, multiply, gather, scatter
 
    type, public :: sparse_system_t
       !> Number of unknowns; unknown of each displacement component, 0 when prescribed (2, nodes)
@@ -353,20 +353,6 @@ contains
       first_of = number(1)
       if (first_of == 0) first_of = number(2)
    end function first_of
-
-   !> Vertex of each unknown in the graph of the nodes that move (unknowns).
-   pure function vertices_of(system) result(vertex)
-      type(sparse_system_t), intent(in) :: system
-      integer :: vertex(system%unknowns), n, v, i
-
-      v = 0
-      do n = 1, size(system%number, 2)
-         if (any(system%number(:, n) > 0)) v = v + 1
-         do i = 1, 2
-            if (system%number(i, n) > 0) vertex(system%number(i, n)) = v
-         end do
-      end do
-   end function vertices_of
 
    !> Product of a matrix of the system's pattern with a vector.
    pure subroutine multiply(system, x, product)

@@ -6,7 +6,7 @@
 module lagged_m
    use kinds_m, only: wp
    use sparse_system_m, only: sparse_system_t, multiply
-   use direct_m, only: direct_t, linear_ok
+   use mumps_m, only: sparse_lu_t, linear_ok
    implicit none
    private
 
@@ -19,7 +19,7 @@ contains
       !> K; the older matrix has its pattern
       type(sparse_system_t), intent(in) :: system
       !> Factors of the older matrix
-      type(direct_t), intent(inout) :: lu
+      type(sparse_lu_t), intent(inout) :: lu
       !> Right-hand side (unknowns) [N per m of thickness]
       real(wp), intent(in) :: b(:)
       real(wp), intent(in) :: tolerance

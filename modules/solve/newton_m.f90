@@ -13,9 +13,9 @@ module newton_m
    use joint_border_m, only: begin_tangents
    use forces_m, only: net_force
    use motion_m, only: unbalanced_ratio
-   use sparse_system_m, only: sparse_system_t, node_groups_t, kept_matrix_t, restore_system, build_system, vertices_of, &
-                              gather, scatter
-   use direct_m, only: direct_t, linear_ok, linear_failed
+   use sparse_system_m, only: sparse_system_t, node_groups_t, kept_matrix_t, restore_system, build_system, gather, scatter
+   use elimination_m, only: dissection, large
+   use mumps_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
    use lagged_m, only: solve_lagged
    use increment_m, only: increment_t, begin_increment, forces_from_start
@@ -27,10 +27,12 @@ module newton_m
    !> What Newton's method remembers from one increment to the next
    type, public :: newton_t
       type(sparse_system_t) :: system
-      type(direct_t) :: lu
+      type(sparse_lu_t) :: lu
       type(anderson_t) :: past
       !> Are there factors for the present pattern, and do they belong to a state that has been left?
       logical :: factored = .false., outdated = .false.
+      !> Are unknowns eliminated in the order of nested dissection?
+      logical :: dissected = .false.
       !> What the linear solver failed of: no iteration can go on
       character(len=:), allocatable :: failure
       !> Are there bodies that only weak springs hold?
@@ -123,11 +125,19 @@ contains
    subroutine plan_factors(self, model)
       class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
+      integer, allocatable :: place(:)
       integer :: status
 
       call now_doing(work_analysis)
       self%lu%max_memory = model%deck%implicit%max_memory
-      call self%lu%analyse(self%system%row, self%system%column, vertices_of(self%system), status)
+      allocate (place(0))
+      if (self%system%unknowns >= large) place = dissection(self%system)
+      self%dissected = size(place) > 0
+      if (self%dissected) then
+         call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status, place)
+      else
+         call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
+      end if
       ! Where everything is prescribed there is nothing to solve for
       if (status == linear_failed .and. self%system%unknowns > 0) self%failure = self%lu%message()
       self%factored = .false.

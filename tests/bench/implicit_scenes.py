@@ -4,11 +4,12 @@
     python3 tests/bench/implicit_scenes.py [--sizes 0.02 0.01 0.005] [--threads 1 2] [--traces input/network/two_sets.csv]
         [--phase phase_2b] [--cycles 5] [--cracks] [--results results/bench]
 
-Sizes are those of the elements at the fractures (two_sets: 0.0018 has 1e6 unknowns). The runs are phase I, and phase II-B after it
-with --phase phase_2b, in --cycles increments each. Writes implicit_scenes.csv: triangles, unknowns, joint elements, threads, user time
-of the whole program and time by the clock [s], iterations, factorisations, memory of the factors and of the program [MB], and the share
-of each kind of work in per cent, as the run tells them; and the figure bench_implicit_scenes. Prints how time and memory grow
-with the unknowns: the exponent of a power law through the first and the last size. Nothing is asserted: speed belongs to the machine.
+Sizes are those of the elements at the fractures (two_sets: 0.0018 has 1e6 unknowns). The runs are phase I, and phase II-B
+after it with --phase phase_2b, in --cycles increments each. Writes implicit_scenes.csv: triangles, unknowns, joint elements,
+threads, user time of the whole program and time by the clock [s], iterations, factorisations, memory of the factors and of the
+program [MB], and the share of each kind of work in per cent, as the run tells them; and the figure bench_implicit_scenes. Prints
+how time and memory grow with the unknowns: the exponent of a power law through the first and the last size. Nothing is
+asserted: speed belongs to the machine.
 """
 
 import argparse
