@@ -9,6 +9,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -260,6 +261,27 @@ def test_plot_energy(tmp_path):
 def test_plot_map(tmp_path, arguments):
     done = script("map", write_network(tmp_path), *arguments)
     check_figures(done, tmp_path / "figures" / "map")
+
+
+def test_plot_map_without_joints(tmp_path):
+    """A scene without joints, whose fields of joints are there and empty: the rock is drawn, joints alone are refused."""
+    directory = write_network(tmp_path)
+    with h5py.File(directory / "fields.h5", "r+") as file:
+        for group in [file[name] for name in file if name.startswith(("mesh", "step_"))]:
+            for name in list(group):
+                if name in ("joints", "joint_lines", "joint_group", "block_edge") or (
+                    "place" in group[name].attrs and group[name].attrs["place"] in ("joints", b"joints")
+                ):
+                    old, attributes = group[name][:0], dict(group[name].attrs)
+                    del group[name]
+                    group.create_dataset(name, data=old).attrs.update(attributes)
+    done = script("map", directory, "--rock", "stress_1", "--joints", "aperture_mm")
+    check_figures(done, tmp_path / "figures" / "map")
+    assert "there are no joints at this time: aperture_mm is not drawn" in done.stdout
+    done = script("map", directory, "--joints", "aperture_mm")
+    assert done.returncode != 0
+    assert "there are no joints at this time: aperture_mm cannot be drawn" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_plot_map_lists_fields_and_refuses_unknown_ones(tmp_path):

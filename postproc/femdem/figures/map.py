@@ -150,7 +150,11 @@ def main(words=None):
     shown = mesh.block_edge > 0
     if not shown.any():
         shown = np.ones(len(mesh.joints), dtype=bool)
-    if arguments.joints:
+    if arguments.joints and not len(mesh.joints):
+        if not arguments.rock:
+            raise style.ResultsError(f"there are no joints at this time: {arguments.joints} cannot be drawn")
+        print(f"there are no joints at this time: {arguments.joints} is not drawn")
+    elif arguments.joints:
         place, values, text = chosen_field(
             fields, mesh, arguments.joints, arguments.step, arguments.magnitude
         )
