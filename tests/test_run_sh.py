@@ -57,7 +57,8 @@ def test_the_names_of_the_version_before_lead_to_the_commands(tmp_path):
     links = [*(TOP / "postproc").glob("plot_*.py"), TOP / "input" / "network" / "run_network.py"]
     assert len(links) > 10
     for path in links:
-        status, said = call([sys.executable, path, "--help"], cwd=tmp_path)
+        # A Python without the libraries, as one that comes first in PATH may be
+        status, said = call([sys.executable, "-S", "-E", path, "--help"], cwd=tmp_path)
         assert status == 0, said
         assert f"{path.name} is called bin/femdem-" in said
         assert "usage: femdem-" in said
