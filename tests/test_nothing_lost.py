@@ -3,6 +3,7 @@
 Two squares with a joint (test_wrong_decks), pressed by the explicit solver, which goes on bit for bit.
 """
 
+import fcntl
 import os
 import random
 import resource
@@ -202,6 +203,52 @@ def test_locks_of_others(content, expect, femdem, tmp_path):
     assert done.returncode == (2 if expect else 0), done.stderr
     assert (expect or "") in done.stderr
     assert lock.exists() == bool(expect)
+
+
+@pytest.mark.fast
+def test_only_one_run_takes_over_a_stale_lock(femdem, tmp_path):
+    """A run that is to look at a lock waits while another one does, and sees what that one has left"""
+    write(tmp_path, cycles=1)
+    results = tmp_path / "results"
+    results.mkdir()
+    lock = results / "run.lock"
+    stale = f"1\n{os.uname().nodename}\n2026-01-01 00:00:00\n-5\n"
+    lock.write_text(stale)
+    looking = os.open(results, os.O_RDONLY)
+    fcntl.flock(looking, fcntl.LOCK_EX)
+    with subprocess.Popen(
+        [femdem, "deck.nml"], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as process:
+        time.sleep(0.5)
+        assert process.poll() is None
+        assert lock.read_text() == stale
+        lock.write_text(f"{os.getpid()}\n{os.uname().nodename}\n2026-01-01 00:00:00\n\n")
+        os.close(looking)
+        said = process.communicate(timeout=30)[1]
+    assert process.returncode == 2
+    assert f"results is in use: process {os.getpid()} on " in said
+
+
+@pytest.mark.fast
+def test_of_many_runs_that_start_at_once_one_goes_on(femdem, whole, tmp_path):
+    """In a directory with a stale lock; the results are those of a run alone"""
+    write(tmp_path)
+    (tmp_path / "results").mkdir()
+    lock = tmp_path / "results" / "run.lock"
+    for _ in range(3):
+        lock.write_text(f"1\n{os.uname().nodename}\n2026-01-01 00:00:00\n-5\n")
+        runs = [
+            subprocess.Popen([femdem, "--quiet", "deck.nml"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+            for _ in range(6)
+        ]
+        said = [one.communicate(timeout=120)[1] for one in runs]
+        ended = [one.returncode for one in runs]
+        # One after the other does no harm, two at once would
+        assert set(ended) <= {0, 2}, said
+        assert ended.count(0) >= 1
+        assert all("is in use" in text for text, end in zip(said, ended, strict=True) if end == 2)
+        assert not lock.exists()
+        same_results(whole, tmp_path / "results")
 
 
 # ---- Damaged checkpoints ---------------------------------------------------------------------------------------------

@@ -6,9 +6,13 @@ module files_m
    implicit none
    private
 
-   public :: replace_file, make_directory, file_exists, delete_file, read_text, real_path, relative_path
+   public :: replace_file, make_directory, file_exists, delete_file, read_text, real_path, relative_path, process_number
 
    interface
+      integer(c_int) function c_getpid() bind(c, name='getpid')
+         import :: c_int
+      end function c_getpid
+
       integer(c_int) function c_rename(from, to) bind(c, name='rename')
          import :: c_int, c_char
          character(kind=c_char), intent(in) :: from(*), to(*)
@@ -50,6 +54,12 @@ contains
       status = int(c_rename(trim(from)//c_null_char, trim(to)//c_null_char))
    end subroutine replace_file
 
+   !> Number of this process.
+   integer function process_number()
+
+      process_number = int(c_getpid())
+   end function process_number
+
    !> Make a directory and those above it. It is no error when it exists already.
    subroutine make_directory(path, status)
       character(len=*), intent(in) :: path
@@ -58,6 +68,7 @@ contains
       !> Read, write and search for the user, read and search for the others (octal 755)
       integer(c_int32_t), parameter :: permissions = 493_c_int32_t
       integer(c_int) :: ignored
+      character(len=16) :: number
       integer :: i, unit
 
       do i = 2, len_trim(path)
@@ -66,7 +77,9 @@ contains
          ignored = c_mkdir(path(:i - 1)//c_null_char, permissions)
       end do
       ignored = c_mkdir(trim(path)//c_null_char, permissions)
-      open (newunit=unit, file=trim(path)//'/.write_test', action='write', status='replace', iostat=status)
+      ! Another process may be trying the same
+      write (number, '(i0)') process_number()
+      open (newunit=unit, file=trim(path)//'/.write_test.'//trim(number), action='write', status='replace', iostat=status)
       if (status == 0) close (unit, status='delete', iostat=status)
    end subroutine make_directory
 

@@ -1,9 +1,10 @@
 !> One run at a time in a directory: a file in it names the process that works there. What is left by a process that has gone is
-!> recognised, as long as it ran on the same machine.
+!> recognised, as long as it ran on the same machine. Looking at a lock, taking a stale one away and making another are one step
+!> for all that do so: the directory itself is locked for that long, by the system, which lets go of it whatever happens.
 module lock_m
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr, c_size_t
    use errors_m, only: error_list_t
-   use files_m, only: delete_file, file_exists
+   use files_m, only: delete_file, file_exists, process_number
    use text_m, only: to_text
    implicit none
    private
@@ -12,6 +13,8 @@ module lock_m
    character(len=*), parameter, public :: lock_name = 'run.lock'
    !> Longest name of a machine, longest line
    integer, parameter :: host_length = 256, line_length = 512
+   !> flock: for one alone, waiting for it
+   integer(c_int), parameter :: exclusive = 2_c_int
    !> How often the file is tried to be made, when others that are stale have been taken away
    integer, parameter :: most_trials = 3
 
@@ -34,10 +37,6 @@ module lock_m
    end type lock_t
 
    interface
-      integer(c_int) function c_getpid() bind(c, name='getpid')
-         import :: c_int
-      end function c_getpid
-
       !> With signal 0: can the process be sent signals?
       integer(c_int) function c_kill(process, signal) bind(c, name='kill')
          import :: c_int
@@ -49,6 +48,27 @@ module lock_m
          import :: c_int, c_char
          character(kind=c_char), intent(in) :: from(*), to(*)
       end function c_link
+
+      type(c_ptr) function c_opendir(name) bind(c, name='opendir')
+         import :: c_ptr, c_char
+         character(kind=c_char), intent(in) :: name(*)
+      end function c_opendir
+
+      integer(c_int) function c_dirfd(directory) bind(c, name='dirfd')
+         import :: c_int, c_ptr
+         type(c_ptr), value :: directory
+      end function c_dirfd
+
+      integer(c_int) function c_closedir(directory) bind(c, name='closedir')
+         import :: c_int, c_ptr
+         type(c_ptr), value :: directory
+      end function c_closedir
+
+      !> Lock an open file or directory until it is closed
+      integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
+         import :: c_int
+         integer(c_int), value :: descriptor, operation
+      end function c_flock
 
       integer(c_int) function c_gethostname(name, length) bind(c, name='gethostname')
          import :: c_char, c_int, c_size_t
@@ -67,41 +87,57 @@ contains
       !> What to tell of a lock that was left behind; '' when there was none
       character(len=:), allocatable, intent(out) :: note
       type(error_list_t), intent(inout) :: errors
-      type(owner_t) :: other
-      character(len=:), allocatable :: path
-      character(len=256) :: message
-      integer :: trial, status
-      logical :: made, there, goes_on
+      type(c_ptr) :: opened
+      integer(c_int) :: ignored
 
       note = ''
-      message = ''
-      path = directory//'/'//lock_name
-      do trial = 1, most_trials
-         call make_lock(path, made, status, message)
-         if (made) self%path = path
-         if (made) return
+      ! Between a look at a stale lock and its end another run could have taken it over. File systems that lock no directory
+      ! have that gap of a millisecond
+      opened = c_opendir(directory//c_null_char)
+      if (c_associated(opened)) ignored = c_flock(c_dirfd(opened), exclusive)
+      call take_alone()
+      if (c_associated(opened)) ignored = c_closedir(opened)
+
+   contains
+
+      !> The same, while no other process does so.
+      subroutine take_alone()
+         type(owner_t) :: other
+         character(len=:), allocatable :: path
+         character(len=256) :: message
+         integer :: trial, status
+         logical :: made, there, goes_on
+
+         message = ''
+         path = directory//'/'//lock_name
+         do trial = 1, most_trials
+            call make_lock(path, made, status, message)
+            if (made) self%path = path
+            if (made) return
+            there = file_exists(path)
+            if (.not. there) exit
+            other = owner_of(path)
+            goes_on = is_at_work(other)
+            if (goes_on) then
+               call errors%add(directory//' is in use: '//owner_text(other)//' writes its results there ('//path// &
+                               '); must be another directory (--output), or wait until it has ended')
+               return
+            end if
+            if (.not. is_here(other)) exit
+            note = 'lock      that of '//owner_text(other)//', which has gone, is taken over'
+            call delete_file(path)
+         end do
          there = file_exists(path)
-         if (.not. there) exit
-         other = owner_of(path)
-         goes_on = is_at_work(other)
-         if (goes_on) then
-            call errors%add(directory//' is in use: '//owner_text(other)//' writes its results there ('//path// &
-                            '); must be another directory (--output), or wait until it has ended')
-            return
+         if (.not. there) then
+            call errors%add(path//' cannot be made: '//trim(message))
+         else if (other%process == 0) then
+            call errors%add(path//' does not say whose it is; delete it if no run works in that directory')
+         else
+            call errors%add(directory//' is in use: '//owner_text(other)//' has locked it ('//path// &
+                            '); whether that goes on cannot be seen from here: delete the file if it has ended')
          end if
-         if (.not. is_here(other)) exit
-         note = 'lock      that of '//owner_text(other)//', which has gone, is taken over'
-         call delete_file(path)
-      end do
-      there = file_exists(path)
-      if (.not. there) then
-         call errors%add(path//' cannot be made: '//trim(message))
-      else if (other%process == 0) then
-         call errors%add(path//' does not say whose it is; delete it if no run works in that directory')
-      else
-         call errors%add(directory//' is in use: '//owner_text(other)//' has locked it ('//path// &
-                         '); whether that goes on cannot be seen from here: delete the file if it has ended')
-      end if
+      end subroutine take_alone
+
    end subroutine take
 
    !> Let others work in the directory.
@@ -144,7 +180,7 @@ contains
       integer :: now(8)
       logical :: ended
 
-      owner%process = int(c_getpid())
+      owner%process = process_number()
       owner%host = host_name()
       call date_and_time(values=now)
       write (owner%since, '(i4.4,"-",i2.2,"-",i2.2," ",i2.2,":",i2.2,":",i2.2)') now(1:3), now(5:7)

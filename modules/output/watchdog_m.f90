@@ -23,6 +23,16 @@ module watchdog_m
    character(len=*), parameter :: advice = '; do not trust the result before smaller steps (&explicit safety, step) or more '// &
                                   'cycles have given the same'
 
+   !> What can be wrong: energy that is missing or too much, and energy that contact has given out and never took up
+   type :: fault_t
+      !> Step at which each limit was kept last (limits)
+      integer(i8) :: kept_at(size(limit)) = 0_i8
+      !> Most of it [J per m of thickness] and where that was; has it been warned of?
+      real(wp) :: worst = 0.0_wp
+      character(len=:), allocatable :: place
+      logical :: warned = .false.
+   end type fault_t
+
    !> What it remembers
    type, public :: watchdog_t
       private
@@ -32,12 +42,11 @@ module watchdog_m
       type(energy_t) :: before
       !> How much of the residual came about while each term changed most (terms)
       real(wp) :: lost(size(term)) = 0.0_wp
-      !> Steps that a residual must last for, and step at which each limit was kept last (limits)
-      integer(i8) :: patience = 0_i8, kept_at(size(limit)) = 0_i8
-      !> Largest residual [J per m of thickness] and where it was; has it been warned of?
-      real(wp) :: worst = 0.0_wp
-      character(len=:), allocatable :: place
-      logical :: warned = .false.
+      !> Steps that a fault must last for
+      integer(i8) :: patience = 0_i8
+      !> Can contact give out no more than it took up?
+      logical :: contact_stores = .false.
+      type(fault_t) :: residual, contact
    contains
       procedure :: start
       procedure :: look
@@ -47,7 +56,7 @@ module watchdog_m
 contains
 
    !> Start to watch.
-   subroutine start(self, energy, stiffness, step, steps)
+   subroutine start(self, energy, stiffness, step, steps, contact_stores)
       class(watchdog_t), intent(inout) :: self
       !> The account now
       type(energy_t), intent(in) :: energy
@@ -55,15 +64,18 @@ contains
       real(wp), intent(in) :: stiffness
       !> Number of the step now; steps that a residual must last for (0 for the solvers that know rest alone)
       integer(i8), intent(in) :: step, steps
+      !> Can contact give out no more than it took up? Not so where shearing lifts it, or where it was closed from the start
+      logical, intent(in) :: contact_stores
       !> Strain whose energy is a rounding error
       real(wp), parameter :: no_strain = 1.0e-12_wp
 
       self%before = energy
       self%nothing = stiffness*no_strain**2
       self%work = abs(energy%initial) + abs(energy%external)
-      self%kept_at = step
+      self%residual = fault_t(kept_at=spread(step, 1, size(limit)), place='')
+      self%contact = self%residual
       self%patience = steps
-      self%place = ''
+      self%contact_stores = contact_stores
    end subroutine start
 
    !> Look at the account at the end of a cycle: a word when the residual has become noticeable, an error when it is absurd.
@@ -78,46 +90,61 @@ contains
       type(log_t), intent(in) :: log
       type(error_list_t), intent(inout) :: errors
       character(len=:), allocatable :: place
-      real(wp) :: part
       integer :: most
-      logical :: beyond(size(limit))
 
       self%work = max(self%work, abs(energy%initial) + abs(energy%external))
       most = maxloc(abs(term_values(energy) - term_values(self%before)), dim=1)
       self%lost(most) = self%lost(most) + abs(energy%residual() - self%before%residual())
       self%before = energy
       if (self%work <= self%nothing) return
-      part = abs(energy%residual())/self%work
       place = 'at time '//to_text(time)//' s (stage '//quoted(trim(stage))//', cycle '//to_text(cycle)//')'
-      if (.not. abs(energy%residual()) <= self%worst) then
-         self%worst = abs(energy%residual())
-         self%place = place
-      end if
-      ! A comparison with NaN is false
-      where (part <= limit) self%kept_at = step
-      beyond = .not. part <= limit .and. step - self%kept_at >= self%patience
-      if (beyond(absurd)) then
-         call errors%add('the energy account is off '//account(self, energy%residual(), place)//advice)
-      else if (beyond(noticeable) .and. .not. self%warned) then
-         call log%warn('the energy account is off '//account(self, energy%residual(), place))
-         self%warned = .true.
-      end if
+      call judge(abs(energy%residual()), 'the energy account is off '//account(self, energy%residual(), place), self%residual)
+      if (self%contact_stores) &
+         call judge(-energy%contact, 'the contact has given out '//gift(self, -energy%contact, place), self%contact)
+
+   contains
+
+      !> Compare a fault with its limits.
+      subroutine judge(amount, what, fault)
+         !> [J per m of thickness]
+         real(wp), intent(in) :: amount
+         character(len=*), intent(in) :: what
+         type(fault_t), intent(inout) :: fault
+         logical :: beyond(size(limit))
+
+         if (.not. amount <= fault%worst) then
+            fault%worst = amount
+            fault%place = place
+         end if
+         ! A comparison with NaN is false
+         where (amount <= limit*self%work) fault%kept_at = step
+         beyond = .not. amount <= limit*self%work .and. step - fault%kept_at >= self%patience
+         if (beyond(absurd)) then
+            call errors%add(what//advice)
+         else if (beyond(noticeable) .and. .not. fault%warned) then
+            call log%warn(what)
+            fault%warned = .true.
+         end if
+      end subroutine judge
    end subroutine look
 
-   !> At the end of the run: the largest residual over all work, if it is or was worth a word.
+   !> At the end of the run: the largest residual over all work, if it is or was worth a word. The word on contact that gives out
+   !> energy is that of story_m.
    subroutine say_end(self, log, errors)
       class(watchdog_t), intent(in) :: self
       type(log_t), intent(in) :: log
       type(error_list_t), intent(inout) :: errors
-      real(wp) :: part
 
       if (self%work <= self%nothing) return
-      part = self%worst/self%work
-      if (.not. part <= limit(absurd)) then
-         call errors%add('the energy account was off '//account(self, self%worst, self%place)//advice)
-      else if (self%warned .or. part > limit(noticeable)) then
-         call log%warn('the energy account was off '//account(self, self%worst, self%place)//advice)
-      end if
+      associate (worst => self%residual%worst, place => self%residual%place)
+         if (.not. worst <= limit(absurd)*self%work) then
+            call errors%add('the energy account was off '//account(self, worst, place)//advice)
+         else if (self%residual%warned .or. worst > limit(noticeable)*self%work) then
+            call log%warn('the energy account was off '//account(self, worst, place)//advice)
+         end if
+      end associate
+      if (.not. self%contact%worst <= limit(absurd)*self%work) &
+         call errors%add('the contact gave out '//gift(self, self%contact%worst, self%contact%place)//advice)
    end subroutine say_end
 
    !> 'by 7.5 % of the work put in at time ...': part, place, numbers, and the term that lost them.
@@ -132,6 +159,19 @@ contains
       text = 'by '//percent(abs(residual)/self%work)//' of the work put in '//place//', residual '//to_text(residual)// &
              ' J/m of '//to_text(self%work)//' J/m, lost while '//trim(term(maxloc(self%lost, dim=1)))//'_J changed most'
    end function account
+
+   !> '7.5 % of the work put in more than it took up at time ...': part, place, numbers.
+   function gift(self, given, place) result(text)
+      class(watchdog_t), intent(in) :: self
+      !> [J per m of thickness]
+      real(wp), intent(in) :: given
+      !> When it was
+      character(len=*), intent(in) :: place
+      character(len=:), allocatable :: text
+
+      text = percent(given/self%work)//' of the work put in more than it took up '//place//', '//to_text(given)//' J/m of '// &
+             to_text(self%work)//' J/m'
+   end function gift
 
    !> What is stored and spent, in the order of their names (terms) [J per m of thickness].
    pure function term_values(energy) result(value)
