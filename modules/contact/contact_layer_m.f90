@@ -1,5 +1,7 @@
-!> The layer of triangles that contact looks at: those with a node on a surface, under the walls and the outer boundary, as deep as
-!> a sound contact ever reaches. They are its objects.
+!> The layer of triangles that contact looks at: those with a node on a surface, under the walls and the outer boundary, as deep
+!> as a sound contact ever reaches. They are its objects. So are those that bonds hold to such a node: they have nodes of their
+!> own, but what comes between the edges of their neighbours meets them. Without them it could lie deep in rock that is no
+!> object yet, and feel all of it when a bond there parts.
 module contact_layer_m
    use kinds_m, only: wp
    use mesh_m, only: split_mesh_t
@@ -65,7 +67,7 @@ contains
       layer%options = options
       edges = size(split%surface, 2)
       allocate (layer%length(edges))
-      call choose_objects(split, chosen, object_of)
+      call choose_objects(split, number, chosen, object_of)
       allocate (layer%node(3, size(chosen)), layer%edge(3, size(chosen)), layer%height(3, size(chosen)))
       layer%node = split%triangle(:, chosen)
       layer%penalty = penalty(chosen)
@@ -83,30 +85,34 @@ contains
       call measure(layer, split)
    end subroutine init_layer
 
-   !> Has each triangle a node on a surface? (triangles)
-   pure function beside_surface(split) result(beside)
+   !> Has each triangle a node on a surface, or one held to such a node? (triangles)
+   pure function beside_surface(split, number) result(beside)
       type(split_mesh_t), intent(in) :: split
+      !> The same for nodes held together (nodes)
+      integer, intent(in) :: number(:)
       logical, allocatable :: beside(:), on_surface(:)
       integer :: i
 
       allocate (beside(size(split%triangle, 2)))
       allocate (on_surface(size(split%x, 2)), source=.false.)
       do i = 1, size(split%surface, 2)
-         on_surface(split%surface(:, i)) = .true.
+         on_surface(number(split%surface(:, i))) = .true.
       end do
       do i = 1, size(beside)
-         beside(i) = any(on_surface(split%triangle(:, i)))
+         beside(i) = any(on_surface(number(split%triangle(:, i))))
       end do
    end function beside_surface
 
    !> These triangles, and which of them each triangle is.
-   subroutine choose_objects(split, chosen, object_of)
+   subroutine choose_objects(split, number, chosen, object_of)
       type(split_mesh_t), intent(in) :: split
+      !> The same for nodes held together (nodes)
+      integer, intent(in) :: number(:)
       !> Triangle of each object (objects); object of each triangle, 0 for none (triangles)
       integer, allocatable, intent(out) :: chosen(:), object_of(:)
       integer :: i
 
-      chosen = pack([(i, i=1, size(split%triangle, 2))], beside_surface(split))
+      chosen = pack([(i, i=1, size(split%triangle, 2))], beside_surface(split, number))
       allocate (object_of(size(split%triangle, 2)), source=0)
       object_of(chosen) = [(i, i=1, size(chosen))]
    end subroutine choose_objects

@@ -10,7 +10,7 @@ module bonds_m
    private
 
    public :: init_bonds, add_bonds, place_bonds, hold_together, follow_bonds, bonds_stiffness_bound, bonds_work, bond_damage, &
-             is_closed, has_stiffness, start_bond
+             release_stored, is_closed, has_stiffness, start_bond
    public :: bond_values, restore_bonds, event_values, restore_events
 
    !> Numbers that make up a bond (does it hold, is it broken, law, shifts, points) and a crack event
@@ -217,6 +217,25 @@ contains
          work = work + bonds%length(b)*dot_product(bond_weight, memory%point(:, b)%work)
       end do
    end function bonds_work
+
+   !> Let go of what a bond that has parted still stores: its walls press on each other and rub on, but that is not the bond's any
+   !> more.
+   pure subroutine release_stored(bonds, b, memory, normal, shear)
+      type(bonds_t), intent(in) :: bonds
+      integer, intent(in) :: b
+      type(bond_memory_t), intent(inout) :: memory
+      !> In the pressure, and in the spring of its friction [J per m of thickness]
+      real(wp), intent(out) :: normal, shear
+      real(wp) :: stored(2, bond_points)
+
+      associate (point => memory%point(:, b))
+         stored(1, :) = 0.5_wp*min(point%normal, 0.0_wp)**2/bonds%law(b)%stiffness
+         stored(2, :) = 0.5_wp*point%shear**2/bonds%law(b)%stiffness
+         point%work = point%work - stored(1, :) - stored(2, :)
+      end associate
+      normal = bonds%length(b)*dot_product(bond_weight, stored(1, :))
+      shear = bonds%length(b)*dot_product(bond_weight, stored(2, :))
+   end subroutine release_stored
 
    !> Damage of every joint element: 1 on fractures, the mean over the points of a bond (joints).
    pure function bond_damage(bonds, memory, joints) result(damage)

@@ -368,7 +368,7 @@ contains
       same = representatives(same)
    end function held_together
 
-   !> Nodes that contact can push: those of the triangles with a node on a surface.
+   !> Nodes that contact can push: those of the objects of contact_m.
    function touching_nodes(model) result(touching)
       type(model_t), intent(in) :: model
       integer, allocatable :: touching(:)
@@ -376,7 +376,7 @@ contains
       integer :: e, n
 
       allocate (touches(size(model%split%x, 2)), source=.not. model%deck%plan%skip_nodes)
-      beside = beside_surface(model%exposed)
+      beside = beside_surface(model%exposed, held_together(model))
       do e = 1, size(beside)
          if (beside(e)) touches(model%exposed%triangle(:, e)) = .true.
       end do

@@ -10,7 +10,7 @@ module recut_m
    use split_m, only: add_cuts, node_parents, split_edges
    use cohesive_m, only: cohesive_t, cohesive_law
    use bond_m, only: followed
-   use bonds_m, only: add_bonds, place_bonds, start_bond, restore_bonds, is_closed
+   use bonds_m, only: add_bonds, place_bonds, start_bond, restore_bonds, is_closed, release_stored
    use coulomb_law_m, only: coulomb_walls
    use joint_law_m, only: joint_law_t
    use law_list_m, only: scaled_law
@@ -279,11 +279,12 @@ contains
 
    end subroutine recut
 
-   !> A bond has parted: its walls go to the contact with the stresses they have.
+   !> A bond has parted: its walls go to the contact with the stresses they have, and with what these store.
    subroutine hand_over(model, b, state)
       type(model_t), intent(in) :: model
       integer, intent(in) :: b
       type(state_t), intent(inout) :: state
+      real(wp) :: normal, shear
 
       associate (j => model%bonds%fractures + b)
          call describe_bond(model, state, b)
@@ -291,6 +292,9 @@ contains
          state%tractions%contact_stress(j) = state%joint(j)%sn
          state%joint(j)%u_max = abs(state%joint(j)%u)
       end associate
+      call release_stored(model%bonds, b, state%bonds, normal, shear)
+      state%energy%contact = state%energy%contact + normal
+      state%energy%friction = state%energy%friction + shear
    end subroutine hand_over
 
    !> Joints and bonds beside rock that was taken out carry nothing any more.

@@ -10,7 +10,10 @@ module wall_term_m
    use model_m, only: model_t, term_t, increment_t
    use state_m, only: state_t
    use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
-   use wall_contact_m, only: meet_walls, add_wall_forces, wall_stiffness_bound, points_of_joints
+   use wall_contact_m, only: wall_meeting_t, meet_walls, add_wall_forces, wall_stiffness_bound, points_of_joints
+   use wall_layout_m, only: wall_contact_t
+   use wall_point_m, only: add_energy_forces
+   use joints_m, only: joints_t
    use joint_border_m, only: couple_walls, joint_stiffness
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use sparse_system_m, only: sparse_system_t, node_groups_t, add_block
@@ -51,7 +54,33 @@ contains
                         state%tractions, state%joint, state%opening, state%aperture)
       call now_doing(work_walls)
       call add_wall_forces(state%walls, state%tractions%pressure, state%tractions%shear, state%normal, state%friction)
+      if (model%can_break) call add_energy_forces(state%walls, of_cracks(model%joints, model%walls, state%walls), &
+                                                  state%tractions%pressure, model%split%x, state%u, state%normal)
    end subroutine add_forces
+
+   !> Points between walls of cracks that press on each other like a spring, those of bonds that have parted (points). Fractures
+   !> and cracks with a closure of their own are left: what closes them is not all given back.
+   pure function of_cracks(joints, walls, met) result(elastic)
+      type(joints_t), intent(in) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
+      logical :: elastic(met%points)
+      integer :: k
+
+      do k = 1, met%points
+         elastic(k) = is_spring(walls%joint(met%wall(k)))
+         if (met%faced_joint(k) > 0) elastic(k) = elastic(k) .and. is_spring(met%faced_joint(k))
+      end do
+
+   contains
+
+      pure logical function is_spring(j)
+         integer, intent(in) :: j
+
+         is_spring = joints%group(j) == 0 .and. joints%penalty(j) > 0.0_wp
+      end function is_spring
+
+   end function of_cracks
 
    subroutine add_tangent(model, increment, state, system, outside)
       type(model_t), intent(in) :: model

@@ -1,6 +1,7 @@
 """Meshes of the stress tests: a stack of layers, its triangles in rows and columns, with joints between layers where asked for;
 and runs of the program on them."""
 
+import math
 import os
 import random
 import subprocess
@@ -146,6 +147,42 @@ class Stack:
         for n, (kind, group, nodes) in enumerate(self.elements, start=1):
             lines.append(f"{n} {kind} 2 {group} {group} " + " ".join(map(str, nodes)))
         return "\n".join([*lines, "$EndElements", ""])
+
+
+def shaken(text, part, seed):
+    """A mesh file (gmsh 4.1) with its nodes inside surfaces anywhere within a part of the shortest edge that ends there"""
+    chance = random.Random(seed)
+    lines = text.split("\n")
+
+    def blocks(name):
+        """Heads of the blocks of a section, with the number of the line behind each"""
+        at = lines.index(f"${name}") + 2
+        while not lines[at].startswith("$"):
+            head = [int(word) for word in lines[at].split()]
+            yield head, at + 1
+            at += 1 + head[3] * (2 if name == "Nodes" else 1)
+
+    place, line_of, inside = {}, {}, []
+    for (dimension, _, _, count), at in blocks("Nodes"):
+        for tag, number in zip(lines[at : at + count], range(at + count, at + 2 * count), strict=True):
+            place[tag.strip()] = [float(word) for word in lines[number].split()]
+            line_of[tag.strip()] = number
+            if dimension == 2:
+                inside.append(tag.strip())
+    shortest = dict.fromkeys(place, float("inf"))
+    for (dimension, _, _, count), at in blocks("Elements"):
+        for line in lines[at : at + count] if dimension == 2 else ():
+            nodes = line.split()[1:]
+            for a, b in zip(nodes, [*nodes[1:], nodes[0]], strict=True):
+                length = math.dist(place[a], place[b])
+                shortest[a], shortest[b] = min(shortest[a], length), min(shortest[b], length)
+    for tag in inside:
+        x, y, z = place[tag]
+        reach = part * shortest[tag]
+        lines[line_of[tag]] = (
+            f"{x + reach * chance.uniform(-1, 1)!r} {y + reach * chance.uniform(-1, 1)!r} {z!r}"
+        )
+    return "\n".join(lines)
 
 
 class Run:

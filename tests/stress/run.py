@@ -13,14 +13,16 @@ is 1 when a family fails.
 import argparse
 import math
 import re
+import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from bodies import Run, Stack
+from bodies import TOP, Run, Stack, shaken
 
 COULOMB = "&joint group = 'joint', law = 'coulomb', friction_angle = {angle}, kn_mpa_mm = {kn!r}, ks_mpa_mm = {ks!r} /\n"
 JCM = (
@@ -361,18 +363,51 @@ def network_jitter(number=100):
             load("sides", pressure=2e6),
             load("top", "shear", tx=1.5e6),
             stage(),
-            stage("shear", 2),
+            stage("shear", 8),
         )
         run = Run(network(seed), text).needed()
-        found.append(
-            [
-                abs(run.results.edges.mean_shear_displacement_mm).mean(),
-                run.history["joint.aperture_mm"][-1],
-            ]
-        )
+        found.append(slip_and_aperture(run, "joint"))
+    yield from spreads(found)
+
+
+def slip_and_aperture(run, group):
+    """Mean slip of the block edges and mean aperture at the end"""
+    return (
+        abs(run.results.edges.mean_shear_displacement_mm).mean(),
+        run.history[f"{group}.aperture_mm"][-1],
+    )
+
+
+def spreads(found):
+    """Standard deviation over mean of slip and aperture"""
     spread = np.std(found, axis=0) / np.mean(found, axis=0)
-    yield f"slip, {number} meshes", spread[0]
-    yield f"aperture, {number} meshes", spread[1]
+    yield f"slip, {len(found)} meshes", spread[0]
+    yield f"aperture, {len(found)} meshes", spread[1]
+
+
+def outcrop_jitter(number=100):
+    """Phase II-B of the network of input/network, 60 mm, nodes off the fractures shaken by a quarter of their shortest edge"""
+    folder = TOP / "input" / "network"
+    with tempfile.TemporaryDirectory() as name:
+        mesh = Path(name) / "mesh.msh"
+        command = [
+            sys.executable,
+            TOP / "bin" / "femdem-mesh",
+            folder / "two_sets.csv",
+            "--size",
+            "0.06",
+            "--out",
+            mesh,
+        ]
+        subprocess.run(command, check=True, capture_output=True)
+        drawn = mesh.read_text(encoding="utf-8")
+    text = (folder / "phase_2b.nml").read_text(encoding="utf-8").replace("two_sets.msh", "mesh.msh")
+    text = re.sub(r"directory = '[^']*'", "directory = 'results', fields_every = 0", text)
+    found = [
+        slip_and_aperture(Run(shaken(drawn, 0.25, seed), text).needed(), "fractures")
+        for seed in range(number)
+    ]
+    yield from spreads(found)
 
 
 def short_edges():
@@ -445,7 +480,7 @@ def softening():
 
 def crushed():
     """Samples with bonds everywhere crushed at 0.5 m/s to four times the failure strain: what contact gives out over work"""
-    for seed in range(3):
+    for seed in range(5):
         mesh = Stack([("rock", 0.1, 6)], width=0.05, columns=3).jitter(0.25, seed)
         crack = (
             "&cohesive group = 'all', insertion = 'everywhere', tensile_strength = 5e6, cohesion = 15e6, friction_angle = 30,"
@@ -509,22 +544,13 @@ FAMILIES = {
     "long_motion": (long_motion, 1e-4, False, ""),
     "invariances": (invariances, 1e-6, True, ""),
     "jitter": (jitter, 1e-2, False, ""),
-    "network_jitter": (
-        network_jitter,
-        1e-2,
-        False,
-        "it has several states of rest, and the mesh chooses: slips gather about values that are 20 % apart",
-    ),
+    "network_jitter": (network_jitter, 1e-2, False, ""),
+    "outcrop_jitter": (outcrop_jitter, 1e-2, False, ""),
     "short_edges": (short_edges, 1e-3, True, ""),
     "sliding": (sliding, 1e-2, False, ""),
     "softening": (softening, 1e-3, True, ""),
     "bonds_at_once": (bonds_at_once, 1e-2, True, ""),
-    "crushed": (
-        crushed,
-        1e-2,
-        False,
-        "triangles of one piece do not meet: what they overlap by when a bond parts is there at once",
-    ),
+    "crushed": (crushed, 1e-2, True, ""),
 }
 
 
