@@ -10,13 +10,13 @@ module joint_border_m
    use kinds_m, only: wp
    use units_m, only: megapascal, millimetre, megapascal_per_millimetre
    use joint_point_m, only: joint_point_t, joint_tangent_t
-   use joint_kinematics_m, only: joint_frame_t
+   use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joint_law_m, only: law_item_t, joint_law_t
    use jcm_m, only: aperture
    use riding_m, only: ride, closure_pressure, closure_under, pressure_stiffness
    use in_situ_m, only: resolve, close_joint
-   use solid_m, only: solid_t
-   use joints_m, only: joints_t, tractions_t, make_room, frame_of, wall_stress
+   use solid_m, only: solid_t, solid_stress
+   use joints_m, only: joints_t, tractions_t, make_room
    use wall_layout_m, only: wall_contact_t
    use wall_contact_m, only: wall_meeting_t, points_of_joints, wall_slip_rate
    implicit none
@@ -426,5 +426,40 @@ contains
       opening = frame%opening/millimetre
       open_aperture = max(0.0_wp, opening)
    end subroutine show_bond
+
+   !> Where a joint's walls are now.
+   pure function frame_of(joints, j, x, u) result(frame)
+      type(joints_t), intent(in) :: joints
+      !> Joint
+      integer, intent(in) :: j
+      !> Reference coordinates and displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
+      type(joint_frame_t) :: frame
+      real(wp) :: corner(2, 4), moved(2, 4)
+      integer :: i
+
+      do i = 1, 4
+         corner(:, i) = x(:, joints%node(i, j))
+         moved(:, i) = u(:, joints%node(i, j))
+      end do
+      frame = joint_kinematics(corner, moved)
+   end function frame_of
+
+   !> Eq 32: normal stress from the triangles on the two walls, compression positive [Pa].
+   pure real(wp) function wall_stress(joints, j, solid, u, normal) result(stress)
+      type(joints_t), intent(in) :: joints
+      !> Joint
+      integer, intent(in) :: j
+      type(solid_t), intent(in) :: solid
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      !> Normal of the joint (2)
+      real(wp), intent(in) :: normal(2)
+      real(wp) :: sigma(3)
+
+      sigma = 0.5_wp*(solid_stress(solid, joints%triangle(1, j), u) + solid_stress(solid, joints%triangle(2, j), u))
+      stress = -(normal(1)**2*sigma(1) + normal(2)**2*sigma(2) + 2.0_wp*normal(1)*normal(2)*sigma(3)) ! (32)
+      stress = max(0.0_wp, stress)
+   end function wall_stress
 
 end module joint_border_m

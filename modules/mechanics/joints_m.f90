@@ -3,10 +3,8 @@
 module joints_m
    use kinds_m, only: wp
    use mesh_m, only: split_mesh_t
-   use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use joint_law_m, only: law_item_t
    use riding_m, only: ride_t
-   use solid_m, only: solid_t, solid_stress
    use closure_tangents_m, only: closure_tangents_t
    use wall_contact_m, only: wall_meeting_t
    implicit none
@@ -59,7 +57,7 @@ module joints_m
       type(closure_tangents_t) :: tangents
    end type tractions_t
 
-   public :: init_joints, init_tractions, add_joints, make_room, frame_of, wall_stress, have_stiffened
+   public :: init_joints, init_tractions, add_joints, make_room, have_stiffened
 
    !> The stable step has to be computed again when a joint has become this much stiffer
    real(wp), parameter :: stiffer = 1.1_wp
@@ -130,41 +128,6 @@ contains
       allocate (tractions%pressure(size(met%wall)), tractions%shear(size(met%wall)), tractions%by_closure(size(met%wall)))
       allocate (tractions%by_overlap(size(met%wall)), tractions%by_weight(size(met%wall)))
    end subroutine make_room
-
-   !> Where a joint's walls are now.
-   pure function frame_of(joints, j, x, u) result(frame)
-      type(joints_t), intent(in) :: joints
-      !> Joint
-      integer, intent(in) :: j
-      !> Reference coordinates and displacement (2, nodes) [m]
-      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
-      type(joint_frame_t) :: frame
-      real(wp) :: corner(2, 4), moved(2, 4)
-      integer :: i
-
-      do i = 1, 4
-         corner(:, i) = x(:, joints%node(i, j))
-         moved(:, i) = u(:, joints%node(i, j))
-      end do
-      frame = joint_kinematics(corner, moved)
-   end function frame_of
-
-   !> Eq 32: normal stress from the triangles on the two walls, compression positive [Pa].
-   pure real(wp) function wall_stress(joints, j, solid, u, normal) result(stress)
-      type(joints_t), intent(in) :: joints
-      !> Joint
-      integer, intent(in) :: j
-      type(solid_t), intent(in) :: solid
-      !> Displacement (2, nodes) [m]
-      real(wp), contiguous, intent(in) :: u(:, :)
-      !> Normal of the joint (2)
-      real(wp), intent(in) :: normal(2)
-      real(wp) :: sigma(3)
-
-      sigma = 0.5_wp*(solid_stress(solid, joints%triangle(1, j), u) + solid_stress(solid, joints%triangle(2, j), u))
-      stress = -(normal(1)**2*sigma(1) + normal(2)**2*sigma(2) + 2.0_wp*normal(1)*normal(2)*sigma(3)) ! (32)
-      stress = max(0.0_wp, stress)
-   end function wall_stress
 
    !> Has any joint become so much stiffer against closure that the stable step must be computed again?
    pure logical function have_stiffened(joints, tractions)
