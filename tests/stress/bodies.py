@@ -190,7 +190,7 @@ class Run:
 
     def __init__(self, mesh, deck, timeout=300, options=()):
         self._folder = tempfile.TemporaryDirectory()
-        folder = Path(self._folder.name)
+        self.folder = folder = Path(self._folder.name)
         (folder / "mesh.msh").write_text(mesh if isinstance(mesh, str) else mesh.text())
         (folder / "deck.nml").write_text(deck)
         program = os.environ.get("FEMDEM", TOP / "build" / "femdem")
