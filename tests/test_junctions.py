@@ -150,6 +150,7 @@ def mark_of(case):
     if case in FAST:
         return pytest.param(*case, marks=pytest.mark.fast)
     usual = case[1] in (30, 59, 61) and case not in (("star", 30, 3.0), ("star", 61, 3.0))
+    usual = usual or case == ("X", 90, 3.0)
     return case if usual else pytest.param(*case, marks=pytest.mark.long)
 
 

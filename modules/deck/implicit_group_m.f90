@@ -21,6 +21,8 @@ module implicit_group_m
       integer :: max_iterations = 30
       !> Halvings of a cycle's increment before the way to rest is followed in pseudo-time
       integer :: largest_cut = 2
+      !> Slip of a joint in an increment over that of its peak strength and what it has slipped, above which the increment is halved
+      real(wp) :: largest_slip = 0.5_wp
       !> Halvings of an iteration's correction
       integer :: line_search = 8
       !> Matrix: kept while iterations converge with it, or new in every iteration
@@ -54,6 +56,7 @@ contains
       call check_range(errors, slice, 'tolerance', implicit%tolerance, least=least_tolerance, below=1.0_wp)
       call check_least(errors, slice, 'max_iterations', implicit%max_iterations, 2)
       call check_least(errors, slice, 'largest_cut', implicit%largest_cut, 0)
+      call check_range(errors, slice, 'largest_slip', implicit%largest_slip, least=1.0e-3_wp, most=1.0e6_wp)
       call check_least(errors, slice, 'line_search', implicit%line_search, 0)
       call check_choice(errors, slice, 'matrix', implicit%matrix, matrices)
       call check_least(errors, slice, 'max_pseudo_steps', implicit%max_pseudo_steps, 1)
@@ -69,6 +72,7 @@ contains
       call variables%keep('tolerance', implicit%tolerance)
       call variables%keep('max_iterations', implicit%max_iterations)
       call variables%keep('largest_cut', implicit%largest_cut)
+      call variables%keep('largest_slip', implicit%largest_slip)
       call variables%keep('line_search', implicit%line_search)
       call variables%keep('matrix', implicit%matrix)
       call variables%keep('max_pseudo_steps', implicit%max_pseudo_steps)

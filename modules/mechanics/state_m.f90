@@ -37,6 +37,8 @@ module state_m
       logical :: known = .false.
       !> Part of a cycle's increment to try next
       real(wp) :: part = 1.0_wp
+      !> The part that joints have slipped too far in a longer one of, if they have (1: not)
+      real(wp) :: slip_part = 1.0_wp
       !> Displacement of the last increment (2, nodes) [m], and what part of a cycle it was (0: none to go by)
       real(wp), allocatable :: move(:, :)
       real(wp) :: move_part = 0.0_wp

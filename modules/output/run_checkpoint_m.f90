@@ -129,6 +129,7 @@ contains
       ! What the implicit solver goes on from
       call file%keep('guess_known', state%guess%known, errors)
       call file%keep('guess_part', state%guess%part, errors)
+      call file%keep('guess_slip_part', state%guess%slip_part, errors)
       call file%keep('guess_move', state%guess%move, errors)
       call file%keep('guess_move_part', state%guess%move_part, errors)
       keeps_fluid = is_two_way(model%deck)

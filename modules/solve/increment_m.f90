@@ -12,7 +12,7 @@ module increment_m
    implicit none
    private
 
-   public :: increment_t, begin_increment, start_increment, forces_from_start, account_increment, has_left
+   public :: increment_t, begin_increment, start_increment, forces_from_start, account_increment, has_left, slip_over_peak
 
 contains
 
@@ -68,6 +68,22 @@ contains
       extent = maxval(model%split%x, dim=2) - minval(model%split%x, dim=2)
       has_left = maxval(abs(state%u - began), mask=.not. model%loads%fixed) > maxval(extent)
    end function has_left
+
+   !> The furthest that a joint under pressure has slipped, over the slip of its peak strength and what it had slipped before;
+   !> joints without a peak are at home in a step of any length.
+   real(wp) function slip_over_peak(model, start, state) result(furthest)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: start, state
+      real(wp) :: peak
+      integer :: j
+
+      furthest = 0.0_wp
+      do j = 1, size(model%joints%law)
+         if (state%joint(j)%sn <= 0.0_wp) cycle
+         peak = model%joints%law(j)%raw%slip_of_peak(state%joint(j)%sn)
+         if (peak > 0.0_wp) furthest = max(furthest, abs(state%joint(j)%u - start%joint(j)%u)/(peak + abs(start%joint(j)%u)))
+      end do
+   end function slip_over_peak
 
    !> Add the work of an increment to the energy account, forces taken as the mean of start and end.
    subroutine account_increment(model, start, state)
