@@ -320,31 +320,63 @@ contains
       real(wp), intent(in) :: stiffness(:, :)
       !> Set when an entry is not in the pattern; left as it is otherwise
       logical, intent(inout) :: outside
-      integer :: a, b, i, j, row, column, entry, at
+      integer :: sorted(size(node)), a, b, s, i, j, row, column, entry, at, many
 
+      call sort_nodes(system, node, sorted, many)
       ! Rows of a node have the same columns, and columns of a node stand side by side: one entry tells where the four are
-      do b = 1, size(node)
-         column = first_of(system%number(:, node(b)))
-         if (column == 0) cycle
-         do a = 1, size(node)
-            row = first_of(system%number(:, node(a)))
-            if (row == 0) cycle
-            entry = entry_of(system, row, column)
-            if (entry == 0) then
+      do a = 1, many
+         row = first_of(system%number(:, node(sorted(a))))
+         entry = system%first(row)
+         do s = 1, many
+            b = sorted(s)
+            column = first_of(system%number(:, node(b)))
+            do while (entry < system%first(row + 1))
+               if (system%column(entry) >= column) exit
+               entry = entry + 1
+            end do
+            if (entry == system%first(row + 1)) then
+               outside = .true.
+               exit
+            end if
+            if (system%column(entry) /= column) then
                outside = .true.
                cycle
             end if
             do j = 1, 2
                if (system%number(j, node(b)) == 0) cycle
                do i = 1, 2
-                  if (system%number(i, node(a)) == 0) cycle
-                  at = entry + system%first(system%number(i, node(a))) - system%first(row) + system%number(j, node(b)) - column
-                  system%value(at) = system%value(at) + stiffness(2*(a - 1) + i, 2*(b - 1) + j)
+                  if (system%number(i, node(sorted(a))) == 0) cycle
+                  at = entry + system%first(system%number(i, node(sorted(a)))) - system%first(row) &
+                       + system%number(j, node(b)) - column
+                  system%value(at) = system%value(at) + stiffness(2*(sorted(a) - 1) + i, 2*(b - 1) + j)
                end do
             end do
          end do
       end do
    end subroutine add_block
+
+   !> The nodes of a group that move, in the order of their unknowns.
+   pure subroutine sort_nodes(system, node, sorted, many)
+      type(sparse_system_t), intent(in) :: system
+      integer, intent(in) :: node(:)
+      !> Places in the group (many)
+      integer, intent(out) :: sorted(:), many
+      integer :: a, k, row
+
+      many = 0
+      do a = 1, size(node)
+         row = first_of(system%number(:, node(a)))
+         if (row == 0) cycle
+         k = many
+         do while (k >= 1)
+            if (first_of(system%number(:, node(sorted(k)))) <= row) exit
+            sorted(k + 1) = sorted(k)
+            k = k - 1
+         end do
+         sorted(k + 1) = a
+         many = many + 1
+      end do
+   end subroutine sort_nodes
 
    !> The first of a node's unknowns, 0 when it has none.
    pure integer function first_of(number)

@@ -23,7 +23,7 @@ module wall_tangent_m
       !> Nodes it joins: number, list (room)
       integer :: nodes = 0
       integer, allocatable :: node(:)
-      !> (2 room, 2 room) [N/m per m of thickness], components x, y of node after node
+      !> [N/m per m of thickness] (room for 2 nodes, the same), components x, y of node after node
       real(wp), allocatable :: stiffness(:, :)
    end type wall_element_t
 
@@ -163,9 +163,9 @@ contains
 
       room = own_nodes + size(point_node)
       if (allocated(element%node)) then
-         if (size(element%node) < room) deallocate (element%node, element%stiffness)
+         if (size(element%node) < room) deallocate (element%node)
       end if
-      if (.not. allocated(element%node)) allocate (element%node(room), element%stiffness(2*room, 2*room))
+      if (.not. allocated(element%node)) allocate (element%node(room))
       element%nodes = 0
       do i = 1, own_nodes
          call add_node(own_node(i), element, own(i))
@@ -175,6 +175,11 @@ contains
             if (point_node(i, k) > 0) call add_node(point_node(i, k), element, room)
          end do
       end do
+      ! Most nodes are those of several points: there is far less to store than there is room for
+      if (allocated(element%stiffness)) then
+         if (size(element%stiffness, 1) < 2*element%nodes) deallocate (element%stiffness)
+      end if
+      if (.not. allocated(element%stiffness)) allocate (element%stiffness(2*element%nodes, 2*element%nodes))
    end subroutine collect_nodes
 
    !> Add a node to the element's list unless it is there.

@@ -89,7 +89,7 @@ contains
       type(sparse_system_t), intent(inout) :: system
       logical, intent(inout) :: outside
       !> Elements that are found before any is added
-      integer, parameter :: batch = 256
+      integer, parameter :: batch = 64
       type(wall_element_t) :: element(batch)
       integer :: first(size(model%walls%joint)/2 + 1), i, begin, last
 
