@@ -122,7 +122,8 @@ program femdem
    if (command%restart == '') call start_account(model, state)
    call watchdog%start(state%energy, sum(model%solid%area*maxval(deck%material%young)), state%step, &
                        merge(patience, 0_i8, model%solver == solver_explicit), &
-                       .not. any(deck%joint%coupling == 'coupled') .and. deck%in_situ%line == 0)
+                       model%solver == solver_explicit .and. .not. any(deck%joint%coupling == 'coupled') &
+                       .and. deck%in_situ%line == 0)
    do stage = 1, size(deck%stage)
       call enter_stage()
       if (stage < done%stage .or. (stage == done%stage .and. done%cycle >= deck%stage(stage)%cycles)) cycle

@@ -64,7 +64,8 @@ contains
       real(wp), intent(in) :: stiffness
       !> Number of the step now; steps that a residual must last for (0 for the solvers that know rest alone)
       integer(i8), intent(in) :: step, steps
-      !> Can contact give out no more than it took up? Not so where shearing lifts it, or where it was closed from the start
+      !> Can contact give out no more than it took up? Not so where shearing lifts it, where it was closed from the start, or where
+      !> its work is that of mean forces on the way of a whole increment
       logical, intent(in) :: contact_stores
       !> Strain whose energy is a rounding error
       real(wp), parameter :: no_strain = 1.0e-12_wp
