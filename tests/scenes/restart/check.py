@@ -8,7 +8,7 @@ from scene_motion import Results
 from scene_restart import go_on, kill_midway, same_fields, same_tables
 
 # Of 80: in the first stage, where the block comes down on the rock, and in the second, where it hops and slides
-ROWS = 10, 30, 66
+ROWS = 10, 30, 55
 
 
 def check(results):
