@@ -92,7 +92,8 @@ def draw(rows, out):
             label=label,
         )
     axes.set(xscale="log", yscale="log", xlabel="Unknowns", ylabel="Time, memory")
-    axes.legend()
+    axes.legend(loc="upper left")
+    axes.set_ylim(top=30 * max(row["program_mb"] for row in rows))
     style.save(figure, out, None, None)
 
 
