@@ -36,6 +36,8 @@ RUNTIME_WORDS = (
 )
 # Seconds for a run to notice that it is to stop; those in a long increment are killed then, and only counted
 GRACE = 3.0
+# Cases between two words on how far a long campaign is
+PROGRESS = 1000
 
 # ---- What is mutated -------------------------------------------------------------------------------------------------
 
@@ -443,6 +445,8 @@ def main(argv=None):
         ):
             kind = name.split(":")[0]
             endings[kind, "killed" if status is None else status] += 1
+            if endings.total() % PROGRESS == 0:
+                print(f"{endings.total()} of {len(cases)}", file=sys.stderr, flush=True)
             if wrong:
                 failed.append(name)
                 print(f"{name}: {wrong}\n  " + "\n  ".join(said.splitlines()[:12]), flush=True)

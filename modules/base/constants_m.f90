@@ -11,6 +11,8 @@ module constants_m
    real(wp), parameter, public :: radians = pi/180.0_wp
    !> Value of a deck variable the user has not given (a number no deck means)
    real(wp), parameter, public :: unset = -huge(1.0_wp)
+   !> Less than any length [m]: what has shrunk to a point, as a diverging solver tries, has no direction, but a number for it
+   real(wp), parameter, public :: no_length = 1.0e-30_wp
 
 contains
 

@@ -6,6 +6,7 @@
 !> number of their fracture group. Two triangles that both touch walls of the same marked group never meet here:
 !> wherever these walls slide to, their contact belongs to the other law.
 module contact_m
+   use constants_m, only: no_length
    use kinds_m, only: wp
    use mesh_m, only: split_mesh_t
    use friction_m, only: friction_slider
@@ -235,7 +236,7 @@ contains
       real(wp) :: direction(2)
 
       direction = to - from
-      direction = direction/sqrt(direction(1)**2 + direction(2)**2)
+      direction = direction/max(sqrt(direction(1)**2 + direction(2)**2), no_length)
    end function direction
 
    !> Keep the displacements for the slip of the next call.

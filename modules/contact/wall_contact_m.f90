@@ -10,6 +10,7 @@
 !> from a lower one. Where a wall faces a surface that is none, the wall has all of it. A wall has its rock on its left:
 !> turned by half a turn, a lower wall is an upper wall, and pressure, shear stress and slip keep their signs.
 module wall_contact_m
+   use constants_m, only: no_length
    use kinds_m, only: wp
    use wall_layout_m, only: wall_contact_t, facing_cosine, deepest
    implicit none
@@ -96,7 +97,7 @@ contains
          wall%number = w
          wall%a = x(:, walls%node(1, w)) + u(:, walls%node(1, w))
          wall%b = x(:, walls%node(2, w)) + u(:, walls%node(2, w))
-         wall%length = sqrt(sum((wall%b - wall%a)**2))
+         wall%length = max(sqrt(sum((wall%b - wall%a)**2)), no_length)
          wall%tangent = (wall%b - wall%a)/wall%length
          met%length(w) = wall%length
          met%tangent(:, w) = wall%tangent

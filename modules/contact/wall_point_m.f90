@@ -4,6 +4,7 @@
 !> normal is its derivative by the gap alone. As walls slide, turn and stretch the weight changes too, and with it E: where neither
 !> feels that, contact gives or takes energy on a closed way. add_energy_forces adds what then makes all forces the gradient of E.
 module wall_point_m
+   use constants_m, only: no_length
    use kinds_m, only: wp
    use wall_contact_m, only: wall_meeting_t, facing_part, facing_part_slope
    implicit none
@@ -137,7 +138,7 @@ contains
 
       change = 0.0_wp
       along = position(:, 3) - position(:, 4)
-      length = norm2(along)
+      length = max(norm2(along), no_length)
       along = along/length
       associate (t => met%tangent(:, met%wall(k)))
          cosine = dot_product(along, t)

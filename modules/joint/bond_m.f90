@@ -1,6 +1,7 @@
 !> Cohesive joint elements: four nodes, three integration points with the law of cohesive_m. They hold the two sides of
 !> an edge together until they have softened; a kernel of plain arrays that knows nothing of meshes.
 module bond_m
+   use constants_m, only: no_length
    use kinds_m, only: wp
    use rows_m, only: fill_rows
    use cohesive_m, only: cohesive_t, cohesive_point_t, cohesive_update, cohesive_tangent
@@ -131,7 +132,7 @@ contains
          end = u(:, qq) - u(:, q)
          median = 0.5_wp*((x(:, q) - x(:, p)) + (x(:, qq) - x(:, pp)) + (u(:, q) - u(:, p)) + (u(:, qq) - u(:, pp)))
       end associate
-      length = sqrt(median(1)**2 + median(2)**2)
+      length = max(sqrt(median(1)**2 + median(2)**2), no_length)
       i = median/length
       j = [-i(2), i(1)]
       do k = 1, bond_points
@@ -338,15 +339,17 @@ contains
       logical, intent(in) :: softens
       !> Components x, y of node after node (8, 8) [N/m per m of thickness]
       real(wp) :: stiffness(8, 8)
-      real(wp) :: i(2), j(2), median(2), delta(2), place(2, 4), along, across, tangent(2, 2), shape(4), turn(8), gradient(8, 2)
+      real(wp) :: i(2), j(2), median(2), delta(2), place(2, 4), along, across, tangent(2, 2), shape(4)
+      real(wp) :: turn(8), gradient(8, 2), extent
       real(wp), parameter :: upper(4) = [-1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp], end(4) = [-1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp]
       integer :: k, n
 
       place = x + u
       median = 0.5_wp*matmul(place, end)
-      i = median/norm2(median)
+      extent = max(norm2(median), no_length)
+      i = median/extent
       j = [-i(2), i(1)]
-      turn = [(0.5_wp*end(n)/norm2(median)*j, n=1, 4)]
+      turn = [(0.5_wp*end(n)/extent*j, n=1, 4)]
       stiffness = 0.0_wp
       do k = 1, bond_points
          shape = upper*[1.0_wp - bond_place(k), bond_place(k), 1.0_wp - bond_place(k), bond_place(k)]

@@ -222,7 +222,7 @@ contains
    end function undisturbed_blocks
 
    !> Unbalanced force ratio: the norm of the net force on free nodes over the norm of what acts on the bodies (loads,
-   !> contact and reactions). Zero at equilibrium; 0 when nothing acts.
+   !> contact and reactions). Zero at equilibrium; 0 when nothing acts; NaN where a force is none.
    pure real(wp) function unbalanced_ratio(loads, state) result(ratio)
       type(loads_t), intent(in) :: loads
       type(state_t), intent(in) :: state
@@ -243,7 +243,8 @@ contains
          end do
       end do
       ratio = 0.0_wp
-      if (acting > 0.0_wp) ratio = sqrt(unbalanced/acting)
+      ! A comparison with NaN is false
+      if (.not. acting <= 0.0_wp) ratio = sqrt(unbalanced/acting)
    end function unbalanced_ratio
 
 end module motion_m

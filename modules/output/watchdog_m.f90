@@ -1,6 +1,7 @@
 !> The energy account as a watchdog: what it cannot explain tells that a result is not to be trusted, whatever it looks like. (What
 !> was put in equals what is stored and what was spent, see state_m.)
 module watchdog_m
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds_m, only: wp, i8
    use errors_m, only: error_list_t
    use log_m, only: log_t
@@ -97,7 +98,8 @@ contains
       most = maxloc(abs(term_values(energy) - term_values(self%before)), dim=1)
       self%lost(most) = self%lost(most) + abs(energy%residual() - self%before%residual())
       self%before = energy
-      if (self%work <= self%nothing) return
+      ! Work does not tell of NaN: max() passes it over
+      if (self%work <= self%nothing .and. .not. ieee_is_nan(energy%residual())) return
       place = 'at time '//to_text(time)//' s (stage '//quoted(trim(stage))//', cycle '//to_text(cycle)//')'
       call judge(abs(energy%residual()), 'the energy account is off '//account(self, energy%residual(), place), self%residual)
       if (self%contact_stores) &

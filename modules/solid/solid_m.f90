@@ -343,6 +343,8 @@ contains
          f(1, 1) = f(1, 1) + 1.0_wp
          f(2, 2) = f(2, 2) + 1.0_wp
          det = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
+         ! A triangle without area has a stress of any size, but a number
+         det = sign(max(abs(det), epsilon(1.0_wp)), det)
          inverse(:, 1) = [f(2, 2), -f(2, 1)]/det
          inverse(:, 2) = [-f(1, 2), f(1, 1)]/det
          rate = displacement_gradient(solid, e, v)
@@ -395,7 +397,8 @@ contains
    end function displacement_gradient
 
    !> Polar decomposition I + H = R U of the displacement gradient H of a triangle. Scalars, so that loops over triangles that call
-   !> it are vectorised.
+   !> it are vectorised. A triangle that is its own mirror image (trace 0) has no rotation: R = 0 there and
+   !> U - I = -I.
    pure subroutine decompose(h11, h12, h21, h22, c, s, trace, e11, e22, e12)
       real(wp), intent(in) :: h11, h12, h21, h22
       !> Rotation R = [c -s; s c], trace of the stretch U, and U - I
@@ -404,7 +407,7 @@ contains
 
       c = 2.0_wp + h11 + h22
       s = h21 - h12
-      trace = sqrt(c*c + s*s)
+      trace = max(sqrt(c*c + s*s), epsilon(1.0_wp))
       r = 1.0_wp/trace
       c = c*r
       s = s*r
@@ -446,6 +449,8 @@ contains
       f(1, 1) = f(1, 1) + 1.0_wp
       f(2, 2) = f(2, 2) + 1.0_wp
       det = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
+      ! A triangle without area has a stress of any size, but a number
+      det = sign(max(abs(det), epsilon(1.0_wp)), det)
       t = matmul(rotation, t)
       if (allocated(solid%in_situ_area)) t = t + in_situ_part(solid, e, h)
       sigma = matmul(t, transpose(f))/(det*solid%area(e))
