@@ -61,6 +61,8 @@ module wall_contact_m
       !> The surface edge; do the two face each other?
       integer :: edge = 0
       logical :: faces = .false.
+      !> Where its ends are now (2), its length [m]
+      real(wp) :: p(2) = 0.0_wp, q(2) = 0.0_wp, length = 0.0_wp
       real(wp) :: from = 0.0_wp, to = 0.0_wp
       !> The part of it that is its own, from and to; nodes of the other blocks that end there and share it, 0: none
       real(wp) :: part(2) = 0.0_wp
@@ -120,7 +122,7 @@ contains
          if (met%facing(w) /= e) met%moved_on = .true.
          met%facing(w) = e
          call share_edge(walls, walls%after(e), walls%before(e), x, u, wall, cover)
-         if (cover%faces) call add_points(walls, x, u, wall, cover, met)
+         if (cover%faces) call add_points(walls, wall, cover, met)
          if (cover%part(1) > 0.0_wp) call walk_on(walls, x, u, wall, .true., met)
          if (cover%part(2) < 1.0_wp) call walk_on(walls, x, u, wall, .false., met)
          met%reached(w) = 0.0_wp
@@ -157,7 +159,7 @@ contains
             call share_edge(walls, last, walls%before(e), x, u, wall, cover)
          end if
          if (cover%part(2) <= 0.0_wp .or. cover%part(1) >= 1.0_wp) return
-         call add_points(walls, x, u, wall, cover, met)
+         call add_points(walls, wall, cover, met)
       end do
    end subroutine walk_on
 
@@ -169,14 +171,14 @@ contains
       type(wall_edge_t), intent(in) :: wall
       !> All but its part and what is beside it
       type(cover_t), intent(inout) :: cover
-      real(wp) :: p(2), q(2)
 
-      p = x(:, walls%surface(1, e)) + u(:, walls%surface(1, e))
-      q = x(:, walls%surface(2, e)) + u(:, walls%surface(2, e))
       cover%edge = e
-      cover%to = dot_product(p - wall%a, wall%tangent)/wall%length
-      cover%from = dot_product(q - wall%a, wall%tangent)/wall%length
-      cover%faces = (cover%to - cover%from)*wall%length > facing_cosine*sqrt(sum((q - p)**2))
+      cover%p = x(:, walls%surface(1, e)) + u(:, walls%surface(1, e))
+      cover%q = x(:, walls%surface(2, e)) + u(:, walls%surface(2, e))
+      cover%length = sqrt(sum((cover%q - cover%p)**2))
+      cover%to = dot_product(cover%p - wall%a, wall%tangent)/wall%length
+      cover%from = dot_product(cover%q - wall%a, wall%tangent)/wall%length
+      cover%faces = (cover%to - cover%from)*wall%length > facing_cosine*cover%length
    end subroutine project
 
    !> Part of the wall edge that belongs to a surface edge: what it covers, but where the surface goes on in another block
@@ -214,30 +216,29 @@ contains
    end subroutine share_edge
 
    !> Two Gauss points on the overlap of a wall edge with a surface edge.
-   subroutine add_points(walls, x, u, wall, cover, met)
+   subroutine add_points(walls, wall, cover, met)
       type(wall_contact_t), intent(in) :: walls
-      real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       type(wall_edge_t), intent(in) :: wall
       type(cover_t), intent(in) :: cover
       type(wall_meeting_t), intent(inout) :: met
-      real(wp) :: p(2), q(2), low, high, xi, eta, gap, share, deeper
+      real(wp) :: low, high, xi, eta, gap, share, reached, room, deeper
       integer :: g, k, nodes(4)
 
       low = max(0.0_wp, cover%part(1))
       high = min(1.0_wp, cover%part(2))
       if (high - low < least_overlap) return
       nodes = [walls%node(:, wall%number), walls%surface(:, cover%edge)]
-      p = x(:, nodes(3)) + u(:, nodes(3))
-      q = x(:, nodes(4)) + u(:, nodes(4))
-      share = facing_part((cover%to - cover%from)*wall%length/sqrt(sum((q - p)**2)))
+      share = facing_part((cover%to - cover%from)*wall%length/cover%length)
       if (walls%wall_of(cover%edge) > 0) share = half*share
       if (met%points + 2 > size(met%wall)) call grow(met, 2*size(met%wall))
+      reached = met%reached(wall%number)*wall%length
+      room = walls%deepest(wall%number)*wall%length
       do g = 1, 2
          xi = low + (high - low)*gauss(g)
          eta = (cover%to - xi)/(cover%to - cover%from)
          ! The outward normal of a wall is its tangent turned clockwise
-         gap = dot_product(p + eta*(q - p) - wall%a - xi*(wall%b - wall%a), [wall%tangent(2), -wall%tangent(1)])
-         deeper = (-gap/wall%length - met%reached(wall%number))/walls%deepest(wall%number)
+         gap = dot_product(cover%p + eta*(cover%q - cover%p) - wall%a - xi*(wall%b - wall%a), [wall%tangent(2), -wall%tangent(1)])
+         deeper = (-gap - reached)/room
          if (deeper > 1.0_wp) cycle
          k = met%points + 1
          met%points = k

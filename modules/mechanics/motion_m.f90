@@ -14,18 +14,23 @@ module motion_m
    !> Numbers of the energy account that a step finds
    integer, parameter :: works = 6
 
+   !> What a step does to every node alike
+   type, public :: pace_t
+      !> Prescribed velocities act times this: 1 or a smooth profile while the stage moves, 0 while it rests
+      real(wp) :: motion = 1.0_wp
+      !> Cundall's local damping: this part of the unbalanced force acts against the velocity (0: none)
+      real(wp) :: local_damping = 0.0_wp
+      !> Time that the forces act on the velocities, and time that the nodes go on with these [s]
+      real(wp) :: kick = 0.0_wp, drift = 0.0_wp
+   end type pace_t
+
 contains
 
    !> Advance velocities and displacements by one step of eq 1 (kick then drift) and add the work of the kick to the energy
    !> account; the kinetic energy after it is there at no cost.
-   subroutine move_nodes(loads, motion, local_damping, kick, drift, state, undisturbed)
+   subroutine move_nodes(loads, pace, state, undisturbed)
       type(loads_t), intent(in) :: loads
-      !> Prescribed velocities act times this: 1 or a smooth profile while the stage moves, 0 while it rests
-      real(wp), intent(in) :: motion
-      !> Cundall's local damping: this part of the unbalanced force acts against the velocity (0: none)
-      real(wp), intent(in) :: local_damping
-      !> Time that the forces act on the velocities, and time that the nodes go on with these [s]
-      real(wp), intent(in) :: kick, drift
+      type(pace_t), intent(in) :: pace
       type(state_t), intent(inout) :: state
       !> Blocks of nodes that only the rock acts on, see undisturbed_blocks; none unless given
       logical, intent(in), optional :: undisturbed(:)
@@ -37,10 +42,10 @@ contains
       if (present(undisturbed) .and. size(state%damping, 2) == 0) alone = undisturbed
       dashpot = first_dashpots(loads, size(alone))
       !$omp parallel do default(none) schedule(static) private(b) &
-      !$omp& shared(loads, motion, local_damping, kick, drift, state, alone, work, dashpot)
+      !$omp& shared(loads, pace, state, alone, work, dashpot)
       do b = 1, size(alone)
-         call move_block(loads, motion, local_damping, kick, drift, (b - 1)*block_size + 1, &
-                         min(b*block_size, size(state%mass)), alone(b), dashpot(b:b + 1), state, work(:, b))
+         call move_block(loads, pace, (b - 1)*block_size + 1, min(b*block_size, size(state%mass)), alone(b), &
+                         dashpot(b:b + 1), state, work(:, b))
       end do
       !$omp end parallel do
       total = 0.0_wp
@@ -58,10 +63,9 @@ contains
    end subroutine move_nodes
 
    !> The same for a block of nodes.
-   pure subroutine move_block(loads, motion, local_damping, kick, drift, first, last, alone, dashpot, state, work)
-      !> As in move_nodes
+   pure subroutine move_block(loads, pace, first, last, alone, dashpot, state, work)
       type(loads_t), intent(in) :: loads
-      real(wp), intent(in) :: motion, local_damping, kick, drift
+      type(pace_t), intent(in) :: pace
       integer, intent(in) :: first, last
       !> Does the rock alone act on them?
       logical, intent(in) :: alone
@@ -79,8 +83,8 @@ contains
          mass(i, :m) = state%mass(first:last)
       end do
       if (alone) then
-         call kick_and_drift_alone(2*m, local_damping, kick, drift, mass, state%solid(:, first:last), &
-                                   state%v(:, first:last), state%u(:, first:last), work)
+         call kick_and_drift_alone(2*m, pace, mass, state%solid(:, first:last), state%v(:, first:last), &
+                                   state%u(:, first:last), work)
          return
       end if
       viscous = 0.0_wp
@@ -90,9 +94,9 @@ contains
       do i = dashpot(1), dashpot(2) - 1
          absorbed(:, loads%absorbing%node(i) - first + 1) = absorb(i)
       end do
-      call kick_and_drift(2*m, free, loads%velocity(:, first:last), motion, local_damping, kick, drift, mass, &
-                          state%solid(:, first:last), state%normal(:, first:last), state%friction(:, first:last), &
-                          state%load(:, first:last), viscous, absorbed, state%v(:, first:last), state%u(:, first:last), work)
+      call kick_and_drift(2*m, pace, free, loads%velocity(:, first:last), mass, state%solid(:, first:last), &
+                          state%normal(:, first:last), state%friction(:, first:last), state%load(:, first:last), &
+                          viscous, absorbed, state%v(:, first:last), state%u(:, first:last), work)
 
    contains
 
@@ -106,9 +110,9 @@ contains
          associate (n => loads%absorbing%node(i))
             k = n - first + 1
             others = state%solid(:, n) + state%normal(:, n) + state%friction(:, n) + state%load(:, n)
-            others = others + viscous(:, k) - free(:, k)*sign(local_damping*abs(others), state%v(:, n))
+            others = others + viscous(:, k) - free(:, k)*sign(pace%local_damping*abs(others), state%v(:, n))
             force = dashpot_force(loads%absorbing%damping(:, i), state%mass(n), state%v(:, n), free(:, k), &
-                                  loads%velocity(:, n)*motion, others, kick)
+                                  loads%velocity(:, n)*pace%motion, others, pace%kick)
          end associate
       end function absorb
 
@@ -134,14 +138,12 @@ contains
 
    !> One step of a block of nodes, without branches. The work of a force over the kick is f.(v_old + v_new)/2 kick, which
    !> changes the kinetic energy exactly; that of a prescribed node's reaction is found the same way.
-   pure subroutine kick_and_drift(n, free, velocity, motion, local_damping, kick, drift, mass, solid, normal, friction, &
-                                  load, viscous, absorbed, v, u, work)
+   pure subroutine kick_and_drift(n, pace, free, velocity, mass, solid, normal, friction, load, viscous, absorbed, v, u, work)
       !> Components: two a node
       integer, intent(in) :: n
+      type(pace_t), intent(in) :: pace
       !> 0 where the component is prescribed, else 1; prescribed velocity (n) [m/s]
       real(wp), intent(in) :: free(n), velocity(n)
-      !> Factor of the prescribed velocities, part of the force that damps locally, times of kick and drift [s]
-      real(wp), intent(in) :: motion, local_damping, kick, drift
       !> Nodal mass (n) [kg per m]
       real(wp), intent(in) :: mass(n)
       !> Nodal forces (n) [N per m]
@@ -163,26 +165,26 @@ contains
       !$omp simd private(new, force, path, damping) reduction(+:contact, rubbing, external, dissipated, gone, twice_kinetic)
       do i = 1, n
          force = solid(i) + normal(i) + friction(i) + load(i)
-         damping = viscous(i) - free(i)*sign(local_damping*abs(force), v(i))
-         new = free(i)*(v(i) + kick*(force + damping + absorbed(i))/mass(i)) + (1.0_wp - free(i))*velocity(i)*motion
-         path = 0.5_wp*(v(i) + new)*kick
+         damping = viscous(i) - free(i)*sign(pace%local_damping*abs(force), v(i))
+         new = free(i)*(v(i) + pace%kick*(force + damping + absorbed(i))/mass(i)) + (1.0_wp - free(i))*velocity(i)*pace%motion
+         path = 0.5_wp*(v(i) + new)*pace%kick
          contact = contact - normal(i)*path
          rubbing = rubbing - friction(i)*path
-         external = external + path*(load(i) + (1.0_wp - free(i))*(mass(i)*(new - v(i))/kick - force - damping - absorbed(i)))
+         external = external + path*(load(i) + (1.0_wp - free(i))*(mass(i)*(new - v(i))/pace%kick - force - damping - absorbed(i)))
          dissipated = dissipated - damping*path
          gone = gone - absorbed(i)*path
          twice_kinetic = twice_kinetic + mass(i)*new**2
          v(i) = new
-         u(i) = u(i) + drift*new
+         u(i) = u(i) + pace%drift*new
       end do
       work = work + [contact, rubbing, external, dissipated, gone, 0.5_wp*twice_kinetic]
    end subroutine kick_and_drift
 
    !> The same where nothing but the rock acts: the same numbers from a third of the memory.
-   pure subroutine kick_and_drift_alone(n, local_damping, kick, drift, mass, solid, v, u, work)
+   pure subroutine kick_and_drift_alone(n, pace, mass, solid, v, u, work)
       !> As in kick_and_drift
       integer, intent(in) :: n
-      real(wp), intent(in) :: local_damping, kick, drift
+      type(pace_t), intent(in) :: pace
       real(wp), intent(in) :: mass(n), solid(n)
       real(wp), intent(inout) :: v(n), u(n)
       real(wp), intent(inout) :: work(works)
@@ -193,12 +195,12 @@ contains
       twice_kinetic = 0.0_wp
       !$omp simd private(new, damping) reduction(+:dissipated, twice_kinetic)
       do i = 1, n
-         damping = -sign(local_damping*abs(solid(i)), v(i))
-         new = v(i) + kick*(solid(i) + damping)/mass(i)
-         dissipated = dissipated - damping*(0.5_wp*(v(i) + new)*kick)
+         damping = -sign(pace%local_damping*abs(solid(i)), v(i))
+         new = v(i) + pace%kick*(solid(i) + damping)/mass(i)
+         dissipated = dissipated - damping*(0.5_wp*(v(i) + new)*pace%kick)
          twice_kinetic = twice_kinetic + mass(i)*new**2
          v(i) = new
-         u(i) = u(i) + drift*new
+         u(i) = u(i) + pace%drift*new
       end do
       work([4, 6]) = work([4, 6]) + [dissipated, 0.5_wp*twice_kinetic]
    end subroutine kick_and_drift_alone

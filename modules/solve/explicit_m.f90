@@ -19,7 +19,7 @@ module explicit_m
    use bonds_m, only: follow_bonds
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use release_m, only: release_factor
-   use motion_m, only: move_nodes, unbalanced_ratio
+   use motion_m, only: pace_t, move_nodes, unbalanced_ratio
    implicit none
    private
 
@@ -242,12 +242,12 @@ contains
    !> Move the nodes, with the work of the forces that new cracks let go of.
    subroutine move(model, motion, kick, drift, state)
       type(model_t), intent(in) :: model
-      !> As move_nodes has them
+      !> As in pace_t
       real(wp), intent(in) :: motion, kick, drift
       type(state_t), intent(inout) :: state
 
       if (model%can_break) call account_release(0.5_wp*kick, state)
-      call move_nodes(model%loads, motion, model%local_damping, kick, drift, state, model%undisturbed)
+      call move_nodes(model%loads, pace_t(motion, model%local_damping, kick, drift), state, model%undisturbed)
       if (model%can_break) call account_release(0.5_wp*kick, state)
    end subroutine move
 
