@@ -11,12 +11,11 @@ module implicit_m
    use interrupt_m, only: stop_wanted
    use text_m, only: to_text, quoted
    use log_m, only: log_t, progress_t
-   use mesh_m, only: place_text
    use model_m, only: model_t
    use state_m, only: state_t
    use motion_m, only: unbalanced_ratio
-   use support_m, only: find_loose
-   use contact_m, only: contact_energy_t
+   use rest_checks_m, only: check_support, check_other_contact
+   use rest_report_m, only: no_rest, no_factors, end_rest, end_far, end_stuck, end_long, end_linear, end_broken, end_again
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left, slip_over_peak
@@ -84,15 +83,8 @@ module implicit_m
    integer, parameter :: easy = 12
    !> A first guess with a greater unbalanced force ratio than this is compared with standing still
    real(wp), parameter :: near = 0.1_wp
-   !> Contact of other surfaces may carry this share of all forces before the answer is refused
-   real(wp), parameter :: negligible = 1.0e-2_wp
    !> Rock that cannot break has collapsed when it has moved by this part of the scene in pseudo-time
    real(wp), parameter :: collapsed = 0.1_wp
-   !> Block edges named in the message of a collapse
-   integer, parameter :: most_named = 3
-   !> Ends of a search for rest: found, moved too far, too heavy a drag, too many steps, no factors of the matrix, rock breaks,
-   !> to be tried again otherwise
-   integer, parameter :: end_rest = 0, end_far = 1, end_stuck = 2, end_long = 3, end_linear = 4, end_broken = 5, end_again = 6
    !> Pseudo-time: drag of the first step, factors by which it falls after an easy step and grows after one without
    !> equilibrium, drag that lets nothing move any more, and drag so light that equilibrium without it is worth a try
    real(wp), parameter :: first_drag = 1.0_wp, lighter = 0.25_wp, heavier = 4.0_wp, heaviest = 1.0e6_wp, light = 1.0e-9_wp
@@ -153,11 +145,8 @@ contains
          case (end_broken)
             report%level = self%way%level
             return
-         case (end_linear)
-            call report_linear_failure(self, model, stage, cycle, state, report, errors)
-            return
          case default
-            call report_failure(self, model, stage, cycle, ending, state, report, errors)
+            call give_up_cycle(self, model, stage, cycle, ending, state, report, errors)
             return
          end select
          associate (way => self%way)
@@ -172,7 +161,7 @@ contains
          end associate
          if (report%interrupted) return
       end do
-      if (model%has_contact) call check_other_contact(self, model, stage, log, state, errors)
+      if (model%has_contact) call check_other_contact(model, stage, log, self%warned, state, errors)
       if (self%way%until >= 1.0_wp) state%time = state%time + max(0.0_wp, model%deck%stage(stage)%rest_time)
       report%unbalanced = unbalanced_ratio(model%loads, state)
       call describe_bonds(model, state)
@@ -311,9 +300,7 @@ contains
       call start_increment_at(model, self%way%level, 0.0_wp, state, self%way%increment)
       call rest_again(self, model, state, ending)
       if (ending == end_again) call follow(self, model, state, report%breaks, ending)
-      if (ending == end_linear) call report_linear_failure(self, model, stage, cycle, state, report, errors)
-      if (ending /= end_linear .and. ending /= end_rest) &
-         call report_failure(self, model, stage, cycle, ending, state, report, errors)
+      if (ending /= end_rest) call give_up_cycle(self, model, stage, cycle, ending, state, report, errors)
       report%unbalanced = unbalanced_ratio(model%loads, state)
       call describe_bonds(model, state)
    end subroutine settle
@@ -443,7 +430,7 @@ contains
       type(newton_increment_t) :: increment
 
       if (stage == self%stage) return
-      call check_support(self, model, stage, log, errors)
+      call check_support(model, stage, log, self%weak_springs, errors)
       if (errors%any()) return
       self%stage = stage
       ! In the middle of a stage a run goes on from its checkpoint
@@ -464,35 +451,6 @@ contains
       call lay_out(self, model, state)
       self%recuts = model%recuts
    end subroutine enter_stage
-
-   !> Find what nothing holds: refuse it, or hold it by weak springs in the matrix alone, which carry no force.
-   subroutine check_support(self, model, stage, log, errors)
-      type(implicit_solver_t), intent(inout) :: self
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: stage
-      type(log_t), intent(in) :: log
-      type(error_list_t), intent(inout) :: errors
-      integer, allocatable :: loose(:), rock(:), joint(:)
-      character(len=:), allocatable :: what
-      integer :: i
-
-      ! Bodies lean on each other at walls, and bonds hold them. What was taken out holds nothing
-      rock = pack([(i, i=1, size(model%split%present))], model%split%present)
-      joint = pack([(i, i=1, size(model%joints%gone))],.not. model%joints%gone)
-      call find_loose(model%split%x, model%split%triangle(:, rock), model%split%joint(:, joint), model%loads%fixed, loose)
-      self%weak_springs = size(loose) > 0
-      do i = 1, size(loose)
-         what = 'stage '''//trim(model%deck%stage(stage)%name)//''': nothing holds the rock around '// &
-                place_text(model%split%x(:, loose(i)), model%split%datum)
-         if (model%deck%implicit%loose_bodies == 'hold') then
-            call log%warn(what//'; its loads must be in balance')
-         else
-            call errors%add(what//' against sliding or turning as a whole, and an implicit solver finds no equilibrium '// &
-                            'there; prescribe displacements (&boundary vx, vy = 0), set &implicit loose_bodies = ''hold'' '// &
-                            'if its loads are in balance, or use solver = ''explicit''')
-         end if
-      end do
-   end subroutine check_support
 
    !> First guess of an increment: prescribed displacements in full, the others as in the last increment or, where that
    !> is far off and worse, as they are.
@@ -518,40 +476,6 @@ contains
       call evaluate(model, increment, state)
    end subroutine first_guess
 
-   !> Do surfaces that are no fracture walls press on each other? That contact is not in the equations.
-   subroutine check_other_contact(self, model, stage, log, state, errors)
-      type(implicit_solver_t), intent(inout) :: self
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: stage
-      type(log_t), intent(in) :: log
-      type(state_t), intent(inout) :: state
-      type(error_list_t), intent(inout) :: errors
-      real(wp) :: push(2, size(state%u, 2)), rub(2, size(state%u, 2)), share
-      type(contact_energy_t) :: energy
-      character(len=:), allocatable :: what
-      integer :: node
-
-      if (model%contact%needs_search(state%contact, state%u)) call model%contact%search(model%exposed, state%u, state%contact)
-      push = 0.0_wp
-      rub = 0.0_wp
-      call model%contact%forces(model%exposed, state%u, state%v, state%surface_friction, state%contact, push, rub, energy)
-      share = norm2(push)
-      if (share <= 0.0_wp) return
-      share = share/norm2([norm2(state%normal), norm2(state%friction), norm2(state%load), share])
-      node = maxloc(push(1, :)**2 + push(2, :)**2, dim=1)
-      what = 'surfaces that are not the two walls of a fracture overlap in stage '''// &
-             trim(model%deck%stage(stage)%name)//''', most near '// &
-             place_text(model%split%x(:, node), model%split%datum)//': their contact would be '// &
-             to_text(100.0_wp*share)//' % of all forces'
-      if (share > negligible) then
-         call errors%add(what//', which the implicit solver leaves out; use solver = ''relaxation'' or ''explicit'', or '// &
-                         '&contact active = .false. if this does not matter')
-      else if (.not. self%warned) then
-         call log%warn(what//'; it is left out')
-         self%warned = .true.
-      end if
-   end subroutine check_other_contact
-
    !> Back to the start of the increment.
    subroutine give_up_increment(self, increment, state)
       type(implicit_solver_t), intent(inout) :: self
@@ -562,8 +486,9 @@ contains
       self%outdated = .true.
    end subroutine give_up_increment
 
-   !> No rest: say when, where and what moves. Rock that cannot break goes back to where it rested last, which the caller writes.
-   subroutine report_failure(self, model, stage, cycle, ending, state, report, errors)
+   !> No rest, or no factors that would lead to it: say so. Rock that cannot break goes back to where it rested last, which the
+   !> caller writes.
+   subroutine give_up_cycle(self, model, stage, cycle, ending, state, report, errors)
       type(implicit_solver_t), intent(in) :: self
       type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
@@ -572,96 +497,27 @@ contains
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: why, advice
-      integer :: joints, most
-
-      joints = size(self%way%increment%start%joint)
-      report%moved = state%joint%u
-      report%moved(:joints) = state%joint(:joints)%u - self%way%increment%start%joint%u
-      why = ' in '//to_text(model%deck%implicit%max_pseudo_steps)//' steps of pseudo-time'
-      advice = 'a larger &implicit max_pseudo_steps follows it further'
-      select case (ending)
-      case (end_far)
-         why = ': nothing holds the load'
-         advice = 'less load or other supports hold it; solver = ''explicit'' follows the motion'
-      case (end_stuck)
-         why = ', and steps of pseudo-time find no way on'
-         advice = 'more cycles or solver = ''relaxation'' may find it'
-      end select
-      if (self%weak_springs) then
-         advice = 'springs without force alone hold rock here (&implicit loose_bodies), and its loads are not in balance'
-         if (size(model%loads%pressure_surface) > 0) &
-            advice = advice//': &boundary pressure turns with the surface, and a body that turns in it may have no equilibrium'
-         advice = advice//'; prescribe displacements that hold it, or give tractions (tx, ty), which do not turn'
-      end if
-      why = 'no rest at time '//to_text(state%time)//' s (stage '//quoted(model%deck%stage(stage)%name)//', cycle '// &
-            to_text(cycle)//', load level '//to_text(self%way%level)//')'//why
-      most = maxloc(sum((state%u - self%way%began)**2, dim=1, mask=.not. model%loads%fixed), dim=1)
-      why = why//'; most moves the rock near '//place_text(model%split%x(:, most), model%split%datum)//', by '// &
-            to_text(norm2(state%u(:, most) - self%way%began(:, most)))//' m'
-      if (.not. model%can_break) then
-         state = self%way%increment%start
-      else
-         ! Its loads are those of the increment's end
-         state%time = state%time + self%way%duration
-      end if
-      report%unbalanced = unbalanced_ratio(model%loads, state)
-      call errors%add(why//moving_edges(model, report%moved)//'; '//advice//'. The state written last is '// &
-                      trim(merge('that of the last step ', 'the last one at rest  ', model%can_break)))
-   end subroutine report_failure
-
-   !> The linear solver cannot go on: say why. The state is that of the last rest.
-   subroutine report_linear_failure(self, model, stage, cycle, state, report, errors)
-      type(implicit_solver_t), intent(in) :: self
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: stage, cycle
-      type(state_t), intent(in) :: state
-      type(cycle_report_t), intent(inout) :: report
-      type(error_list_t), intent(inout) :: errors
+      integer :: joints
 
       report%unbalanced = unbalanced_ratio(model%loads, state)
-      call errors%add(self%failure//' at time '//to_text(state%time)//' s (stage '//quoted(model%deck%stage(stage)%name)// &
-                      ', cycle '//to_text(cycle)//', load level '//to_text(self%way%level)//'); a coarser mesh, a larger '// &
-                      '&implicit max_memory, a machine with more memory or solver = ''relaxation'', which needs no matrix, '// &
-                      'may help. What is written ends with the last cycle completed')
-   end subroutine report_linear_failure
-
-   !> The block edges that have slipped most.
-   function moving_edges(model, moved) result(text)
-      type(model_t), intent(in) :: model
-      !> Slip since the last rest (joints) [mm]
-      real(wp), intent(in) :: moved(:)
-      character(len=:), allocatable :: text
-      real(wp), allocatable :: slip(:)
-      integer :: i, edge, joint
-
-      text = ''
-      if (size(model%topology%edge_length) == 0) return
-      slip = [(mean_slip(i), i=1, size(model%topology%edge_length))]
-      do i = 1, min(most_named, size(slip))
-         edge = maxloc(slip, dim=1)
-         if (slip(edge) <= 0.0_wp) exit
-         joint = findloc(model%topology%edge_of_joint, edge, dim=1)
-         if (i == 1) text = '; block edges that slip:'
-         if (i > 1) text = text//','
-         text = text//' '//to_text(edge)//' at '//place_text(model%split%x(:, model%split%joint(1, joint)), model%split%datum)// &
-                ' ('//to_text(slip(edge))//' mm)'
-         slip(edge) = 0.0_wp
-      end do
-
-   contains
-
-      !> Mean slip of a block edge [mm].
-      pure real(wp) function mean_slip(edge)
-         integer, intent(in) :: edge
-         logical :: member(size(moved))
-
-         member = model%topology%edge_of_joint == edge
-         mean_slip = 0.0_wp
-         if (any(member)) mean_slip = sum(model%joints%length*abs(moved), mask=member)/sum(model%joints%length, mask=member)
-      end function mean_slip
-
-   end function moving_edges
+      if (ending == end_linear) then
+         call errors%add(no_factors(self%failure, model, stage, cycle, self%way%level, state))
+         return
+      end if
+      associate (way => self%way)
+         joints = size(way%increment%start%joint)
+         report%moved = state%joint%u
+         report%moved(:joints) = state%joint(:joints)%u - way%increment%start%joint%u
+         call errors%add(no_rest(model, stage, cycle, way%level, ending, self%weak_springs, way%began, report%moved, state))
+         if (.not. model%can_break) then
+            state = way%increment%start
+         else
+            ! Its loads are those of the increment's end
+            state%time = state%time + way%duration
+         end if
+      end associate
+      report%unbalanced = unbalanced_ratio(model%loads, state)
+   end subroutine give_up_cycle
 
    !> Loads at the end of the last increment, 0 to 1 over the stage.
    pure real(wp) function load_level(self) result(level)
