@@ -7,7 +7,7 @@ module loads_m
    use kinds_m, only: wp
    use constants_m, only: is_set, unset
    use mesh_m, only: split_mesh_t, find_group, a_point, a_curve, a_surface, curve_first
-   use boundary_group_m, only: boundary_t
+   use boundary_group_m, only: boundary_t, prescribed
    use absorbing_m, only: absorbing_t, absorbing_sides
    implicit none
    private
@@ -27,6 +27,8 @@ module loads_m
       real(wp), allocatable :: velocity(:, :)
       !> Dead nodal loads at the start and end of the stage (2, nodes) [N per m of thickness]
       real(wp), allocatable :: dead_start(:, :), dead_end(:, :)
+      !> Stage that each condition of the deck is given for (conditions; 0: all), from the first stage on
+      integer, allocatable :: given_in(:)
       !> Do the dead loads change during the stage?
       logical :: dead_changes = .false.
       !> Find them in every call, whether or not their level has changed? (a check: the same loads)
@@ -83,30 +85,35 @@ contains
       real(wp), intent(in) :: body_force(:, :)
       type(loads_t), intent(inout) :: loads
       type(boundary_t) :: condition
-      integer :: given_in(size(boundary)), b, other
+      integer :: b, other
 
-      given_in = [(stage_number(stage_name, boundary(b)%stage), b=1, size(boundary))]
+      if (.not. allocated(loads%given_in)) &
+         loads%given_in = [(stage_number(stage_name, boundary(b)%stage), b=1, size(boundary))]
       loads%fixed = .false.
       loads%velocity = 0.0_wp
       loads%dead_start = loads%dead_end
       loads%dead_end = body_force
       loads%pressure_start = loads%pressure_end
       loads%pressure_end = 0.0_wp
-      do b = 1, size(boundary)
-         if (given_in(b) > stage) cycle
-         condition = boundary(b)
-         if (given_in(b) /= 0 .and. given_in(b) /= stage) call end_motion(condition)
-         do other = 1, size(boundary)
-            if (boundary(other)%group /= condition%group) cycle
-            if (given_in(other) > stage .or. given_in(other) <= given_in(b)) cycle
-            if (given_in(other) == stage) call replace_motion(condition, boundary(other))
-            if (boundary(other)%absorbing) call end_motion(condition)
-            call replace_load(condition, boundary(other))
+      associate (given_in => loads%given_in)
+         do b = 1, size(boundary)
+            if (given_in(b) > stage) cycle
+            condition = boundary(b)
+            if (given_in(b) /= 0 .and. given_in(b) /= stage) call end_motion(condition)
+            ! What is left of most stages that are over, and there can be thousands
+            if (.not. any(prescribed(condition))) cycle
+            do other = 1, size(boundary)
+               if (boundary(other)%group /= condition%group) cycle
+               if (given_in(other) > stage .or. given_in(other) <= given_in(b)) cycle
+               if (given_in(other) == stage) call replace_motion(condition, boundary(other))
+               if (boundary(other)%absorbing) call end_motion(condition)
+               call replace_load(condition, boundary(other))
+            end do
+            call prescribe_velocity(split, condition, loads)
+            call add_traction(split, condition, loads%dead_end)
+            call set_pressure(split, condition, loads)
          end do
-         call prescribe_velocity(split, condition, loads)
-         call add_traction(split, condition, loads%dead_end)
-         call set_pressure(split, condition, loads)
-      end do
+      end associate
       loads%dead_changes = any(abs(loads%dead_end - loads%dead_start) > 0.0_wp)
    end subroutine start_stage
 
@@ -181,8 +188,10 @@ contains
       integer :: s
 
       number = 0
-      do s = 1, size(stage_name)
-         if (stage_name(s) == name) number = s
+      do s = size(stage_name), 1, -1
+         if (stage_name(s) /= name) cycle
+         number = s
+         return
       end do
    end function stage_number
 

@@ -9,7 +9,7 @@ module deck_record_m
    implicit none
    private
 
-   public :: deck_record, whole_record, compare_records
+   public :: read_record, compare_records
 
    !> A value of the deck
    type :: entry_t
@@ -19,82 +19,119 @@ module deck_record_m
       character(len=path_length) :: value = ''
    end type entry_t
 
+   !> What a state that is in a stage has of a group of the deck
+   type :: group_t
+      !> The stage that it is, or that it is given for (0: all)
+      integer :: stage = 0
+      !> Does it count where there are cohesive joints alone?
+      logical :: of_cracks = .false.
+      !> Its lines; for a stage, those while it is on, those at its end, and those once another is on
+      character(len=:), allocatable :: text, text_on, text_ended
+   end type group_t
+
+   !> All records of a deck, which are looked up and not made anew at each checkpoint: there can be thousands of stages
+   type, public :: deck_record_t
+      private
+      type(group_t), allocatable :: group(:)
+      !> Cycles of each stage
+      integer, allocatable :: cycles(:)
+      !> The record of all that the results of a run depend on: later stages, solver and settings of solvers too
+      character(len=:), allocatable, public :: whole
+   contains
+      procedure :: at => record_at
+   end type deck_record_t
+
    character(len=*), parameter :: a_stage = '&stage ', explicit_group = 'explicit'
    character, parameter :: line_feed = new_line('a'), mark = achar(9)
 
 contains
 
-   !> The record of a deck at a place of its run: one line a value, group, variable and value separated by tabs. Empty where there
-   !> is no room for a temporary file.
-   function deck_record(deck, stage, cycle, cracked) result(text)
-      type(deck_t), intent(in) :: deck
+   !> The record of the state at a place of the run: one line a value, group, variable and value separated by tabs.
+   pure function record_at(self, stage, cycle, cracked) result(text)
+      class(deck_record_t), intent(in) :: self
       !> Stage and cycle that are over (0: none yet)
       integer, intent(in) :: stage, cycle
       !> Are there cohesive joints?
       logical, intent(in) :: cracked
-      character(len=:), allocatable :: text
-
-      text = record_of(deck, .false., stage, cycle, cracked)
-   end function deck_record
-
-   !> The record of all that the results of a run depend on: later stages, solver and settings of solvers too.
-   function whole_record(deck) result(text)
-      type(deck_t), intent(in) :: deck
-      character(len=:), allocatable :: text
-
-      text = record_of(deck, .true., 0, 0, .false.)
-   end function whole_record
-
-   !> Either of them.
-   function record_of(deck, whole, stage, cycle, cracked) result(text)
-      type(deck_t), intent(in) :: deck
-      logical, intent(in) :: whole
-      integer, intent(in) :: stage, cycle
-      logical, intent(in) :: cracked
-      character(len=:), allocatable :: text
-      type(entry_t), allocatable :: entry(:)
-      character(len=2*path_length) :: line
-      character(len=:), allocatable :: name, buffer
-      integer :: unit, status, n, is, stages, used
+      character(len=:), allocatable :: text, buffer
+      integer :: g, used
 
       allocate (character(len=4096) :: buffer)
       used = 0
-      allocate (entry(64))
-      text = ''
-      open (newunit=unit, status='scratch', action='readwrite', iostat=status)
-      if (status /= 0) return
-      call write_deck(deck, unit, status)
-      if (status /= 0) then
-         close (unit, iostat=status)
-         return
-      end if
-      rewind (unit)
-      name = ''
-      stages = 0
-      n = 0
-      do
-         read (unit, '(a)', iostat=status) line
-         if (status /= 0) exit
-         line = adjustl(line)
-         if (line(1:1) == '!' .or. line == '') cycle
-         if (line(1:1) == '&') then
-            name = trim(line(2:))
-            n = 0
-            if (name == 'stage') stages = stages + 1
-         else if (line == '/') then
-            if (n > 0) call append(buffer, used, &
-                                   lines_of(deck, name, entry(:n), whole, stages, stage, cycle, cracked))
-         else
-            is = index(line, ' = ')
-            if (is == 0 .or. n == size(entry)) cycle
-            n = n + 1
-            entry(n)%variable = line(:is - 1)
-            entry(n)%value = line(is + 3:)
-         end if
+      do g = 1, size(self%group)
+         associate (group => self%group(g))
+            if (group%stage > stage .or. (group%of_cracks .and. .not. cracked)) cycle
+            if (.not. allocated(group%text_on) .or. group%stage < stage) then
+               call append(buffer, used, group%text)
+            else if (cycle >= self%cycles(stage)) then
+               call append(buffer, used, group%text_ended)
+            else
+               call append(buffer, used, group%text_on)
+            end if
+         end associate
       end do
-      close (unit)
       text = buffer(:used)
-   end function record_of
+   end function record_at
+
+   !> The records of a deck; empty where there is no room for a temporary file.
+   function read_record(deck) result(record)
+      type(deck_t), intent(in) :: deck
+      type(deck_record_t) :: record
+      type(entry_t), allocatable :: entry(:)
+      character(len=2*path_length) :: line
+      character(len=:), allocatable :: name, buffer
+      integer :: unit, status, n, is, stages, used, groups
+
+      allocate (character(len=4096) :: buffer)
+      used = 0
+      groups = 0
+      allocate (entry(64), record%group(64))
+      record%cycles = deck%stage%cycles
+      open (newunit=unit, status='scratch', action='readwrite', iostat=status)
+      if (status == 0) call write_deck(deck, unit, status)
+      if (status == 0) then
+         rewind (unit)
+         name = ''
+         stages = 0
+         n = 0
+         do
+            read (unit, '(a)', iostat=status) line
+            if (status /= 0) exit
+            line = adjustl(line)
+            if (line(1:1) == '!' .or. line == '') cycle
+            if (line(1:1) == '&') then
+               name = trim(line(2:))
+               n = 0
+               if (name == 'stage') stages = stages + 1
+            else if (line == '/') then
+               if (n == 0) cycle
+               call append(buffer, used, whole_group_text(name, entry(:n), stages))
+               if (groups == size(record%group)) call make_room(record%group)
+               groups = groups + 1
+               record%group(groups) = group_of(deck, name, entry(:n), stages)
+            else
+               is = index(line, ' = ')
+               if (is == 0 .or. n == size(entry)) cycle
+               n = n + 1
+               entry(n)%variable = line(:is - 1)
+               entry(n)%value = line(is + 3:)
+            end if
+         end do
+      end if
+      close (unit, iostat=status)
+      record%group = record%group(:groups)
+      record%whole = buffer(:used)
+   end function read_record
+
+   !> Twice as many groups.
+   pure subroutine make_room(group)
+      type(group_t), allocatable, intent(inout) :: group(:)
+      type(group_t), allocatable :: longer(:)
+
+      allocate (longer(2*size(group)))
+      longer(:size(group)) = group
+      call move_alloc(longer, group)
+   end subroutine make_room
 
    !> Add to a text whose room grows as it is needed.
    pure subroutine append(buffer, used, more)
@@ -112,23 +149,6 @@ contains
       buffer(used + 1:used + len(more)) = more
       used = used + len(more)
    end subroutine append
-
-   !> Lines of one group in either record.
-   function lines_of(deck, name, entry, whole, number, stage, cycle, cracked) result(text)
-      type(deck_t), intent(in) :: deck
-      character(len=*), intent(in) :: name
-      type(entry_t), intent(in) :: entry(:)
-      logical, intent(in) :: whole
-      integer, intent(in) :: number, stage, cycle
-      logical, intent(in) :: cracked
-      character(len=:), allocatable :: text
-
-      if (whole) then
-         text = whole_group_text(name, entry, number)
-      else
-         text = group_text(deck, name, entry, number, stage, cycle, cracked)
-      end if
-   end function lines_of
 
    !> Lines of one group, all of it but what says where things are and what is written.
    pure function whole_group_text(name, entry, number) result(text)
@@ -156,53 +176,56 @@ contains
       end do
    end function whole_group_text
 
-   !> Lines of one group; none when the state does not depend on it.
-   function group_text(deck, name, entry, number, stage, cycle, cracked) result(text)
+   !> What a state has of one group; without lines when it does not depend on it.
+   function group_of(deck, name, entry, number) result(group)
       type(deck_t), intent(in) :: deck
       !> Group of the deck
       character(len=*), intent(in) :: name
       !> Its values
       type(entry_t), intent(in) :: entry(:)
-      !> Number of stages so far; stage and cycle that are over
-      integer, intent(in) :: number, stage, cycle
-      logical, intent(in) :: cracked
-      character(len=:), allocatable :: text, group, variable
+      !> Number of stages so far
+      integer, intent(in) :: number
+      type(group_t) :: group
+      character(len=:), allocatable :: label, variable, line
       integer :: i
 
-      text = ''
-      group = '&'//name
+      group%text = ''
+      label = '&'//name
       select case (name)
       case ('material', 'joint')
-         group = group//' group = '//value_of(entry, 'group')
+         label = label//' group = '//value_of(entry, 'group')
       case ('cohesive')
-         if (.not. cracked) return
-         group = group//' group = '//value_of(entry, 'group')
+         group%of_cracks = .true.
+         label = label//' group = '//value_of(entry, 'group')
       case ('boundary', 'pore_pressure')
-         if (stage_number(deck%stage%name, unquoted(value_of(entry, 'stage'))) > stage) return
-         group = group//' group = '//value_of(entry, 'group')//', stage = '//value_of(entry, 'stage')
+         group%stage = stage_number(deck%stage%name, unquoted(value_of(entry, 'stage')))
+         label = label//' group = '//value_of(entry, 'group')//', stage = '//value_of(entry, 'stage')
       case ('contact', 'gravity', 'in_situ')
       case (explicit_group)
          ! Masses that were raised stay raised
          if (deck%run%solver /= explicit_group) return
       case ('stage')
-         if (number > stage) return
-         group = group//' '//to_text(number)
+         group%stage = number
+         group%text_on = ''
+         group%text_ended = ''
+         label = label//' '//to_text(number)
       case default
          return
       end select
       do i = 1, size(entry)
          variable = trim(entry(i)%variable)
-         if (name == 'stage' .and. all(variable /= ['name  ', 'remove'])) then
-            ! Loads depend on the number of cycles of the last stage; on the rest only while it is on
-            if (number < stage) cycle
-            if (variable /= 'cycles' .and. cycle >= deck%stage(stage)%cycles) cycle
-            if (any(variable == ['equilibrium  ', 'max_rest_time'])) cycle
-         end if
          if (name == explicit_group .and. all(variable /= ['mass_scaling', 'scaled_step '])) cycle
          if (name == 'cohesive' .and. any(variable == ['insertion      ', 'insertion_level', 'check_every    '])) cycle
-         text = text//group//mark//variable//mark//trim(entry(i)%value)//line_feed
+         line = label//mark//variable//mark//trim(entry(i)%value)//line_feed
+         if (name == 'stage') then
+            ! Loads depend on the number of cycles of the last stage; on the rest only while it is on
+            if (all(variable /= ['equilibrium  ', 'max_rest_time'])) group%text_on = group%text_on//line
+            if (any(variable == ['name  ', 'remove', 'cycles'])) group%text_ended = group%text_ended//line
+            if (all(variable /= ['name  ', 'remove'])) cycle
+         end if
+         group%text = group%text//line
       end do
-   end function group_text
+   end function group_of
 
    !> Value of a variable in a group; '' when it has none.
    pure function value_of(entry, variable) result(value)

@@ -4,6 +4,7 @@ module results_m
    use errors_m, only: error_list_t
    use files_m, only: read_text, file_exists, real_path, relative_path, replace_file
    use deck_m, only: deck_t, write_deck, deck_path, written_by_program
+   use deck_record_m, only: deck_record_t, read_record
    use model_m, only: model_t
    use sparse_system_m, only: kept_matrix_t
    use implicit_m, only: implicit_solver_t
@@ -41,6 +42,8 @@ module results_m
       integer :: cracks = 0
       !> Step of the run when it was last recorded
       integer(i8) :: recorded = -1_i8
+      !> What of the deck checkpoints keep
+      type(deck_record_t) :: deck
       !> Time of the last checkpoint (clock counts)
       integer(i8) :: last_checkpoint = 0_i8
       !> Matrix of the implicit solver at the end of that cycle, and which of its matrices it is
@@ -113,6 +116,7 @@ contains
       type(provenance_t) :: provenance
 
       self%directory = directory//'/'
+      self%deck = read_record(model%deck)
       call effective_deck(self%directory//'deck.nml', model%deck, deck_text, errors)
       if (errors%any()) return
       column = history_columns(model%deck%joint%group)
@@ -254,7 +258,7 @@ contains
          checkpoint = run_is_over .or. stage_is_over .or. &
                       real(now - self%last_checkpoint, wp) > 60.0_wp*settings%checkpoint_minutes*real(rate, wp)
          if (checkpoint) then
-            call save_run(self%directory//'checkpoint.h5', model, state, self%matrix, place, errors)
+            call save_run(self%directory//'checkpoint.h5', self%deck, model, state, self%matrix, place, errors)
             self%last_checkpoint = now
          end if
       end associate
@@ -327,7 +331,7 @@ contains
       call note_cracks_in_table(self, model, last%state, errors)
       if (.not. last%fields) call write_snapshot(self, model, last%state, last%place, errors)
       if (errors%any() .or. last%checkpoint) return
-      call save_run(self%directory//'checkpoint.h5', model, last%state, self%matrix, last%place, errors)
+      call save_run(self%directory//'checkpoint.h5', self%deck, model, last%state, self%matrix, last%place, errors)
    end subroutine write_last_cycle
 
    !> A row of the history, and of the tables of flow.

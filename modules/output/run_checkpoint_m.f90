@@ -5,7 +5,7 @@ module run_checkpoint_m
    use errors_m, only: error_list_t
    use text_m, only: to_text
    use checkpoint_m, only: checkpoint_t, fingerprint_t, text_hash, numbers_hash
-   use deck_record_m, only: deck_record, whole_record, compare_records
+   use deck_record_m, only: deck_record_t, read_record, compare_records
    use bonds_m, only: bond_values, bond_value_count
    use cracks_m, only: breaks_t
    use excavation_m, only: find_excavation
@@ -27,8 +27,10 @@ module run_checkpoint_m
 contains
 
    !> Save all that changes during a run.
-   subroutine save_run(path, model, state, matrix, place, errors)
+   subroutine save_run(path, record, model, state, matrix, place, errors)
       character(len=*), intent(in) :: path
+      !> Of the deck
+      type(deck_record_t), intent(in) :: record
       type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       !> What the implicit solver keeps of its matrix
@@ -40,8 +42,8 @@ contains
       type(kept_matrix_t) :: kept_matrix
 
       call file%create(path, fingerprint_of(model))
-      call file%save('deck', deck_record(model%deck, place%stage, place%cycle, has_cracks(model)))
-      call file%save('whole_deck', whole_record(model%deck))
+      call file%save('deck', record%at(place%stage, place%cycle, has_cracks(model)))
+      call file%save('whole_deck', record%whole)
       call file%save('crack_edges', pack(model%cut%edge, model%cut%group == 0))
       call file%save('stage', place%stage)
       call file%save('cycle', place%cycle)
@@ -173,6 +175,7 @@ contains
       character(len=:), allocatable :: before, whole
       integer, allocatable :: crack(:)
       type(place_t) :: place
+      type(deck_record_t) :: now
       type(error_list_t) :: of_state
 
       call file%load('deck', before, errors)
@@ -186,12 +189,13 @@ contains
                          to_text(size(model%deck%stage))//' stages')
          return
       end if
-      call compare_records(path, before, deck_record(model%deck, place%stage, place%cycle, size(crack) > 0), .false., of_state)
+      now = read_record(model%deck)
+      call compare_records(path, before, now%at(place%stage, place%cycle, size(crack) > 0), .false., of_state)
       if (branch) then
          call errors%append(of_state)
          return
       end if
-      call compare_records(path, whole, whole_record(model%deck), .true., errors)
+      call compare_records(path, whole, now%whole, .true., errors)
       if (errors%any() .and. .not. of_state%any()) &
          call errors%add(path//': --restart goes on with the same run; --branch in its place goes on with other stages, loads '// &
                          'to come, solver or settings of a solver on purpose')
