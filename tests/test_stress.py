@@ -31,3 +31,21 @@ def test_a_family_that_breaks_its_bar_fails(monkeypatch):
         assert stress.Outcome("x").passed == passed
     monkeypatch.setitem(stress.FAMILIES, "x", (lambda: [("a", float("nan"))], 1.0, True, ""))
     assert not stress.Outcome("x").passed
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("solver", ["explicit", "implicit", "relaxation"])
+def test_rock_that_is_turned_inside_out_is_warned_of(solver):
+    time = 1e-3 if solver == "explicit" else 1.0
+    for depth, said in ((0.1, False), (1.5, True)):
+        run = stress.Run(
+            stress.Stack([("rock", 1.0, 1)], columns=1),
+            stress.deck(
+                stress.rock(),
+                stress.HELD,
+                stress.load("top", vx=0.0, vy=-depth / 5 / time),
+                stress.stage(cycles=5, move=time),
+                solver=solver,
+            ),
+        ).needed()
+        assert ("2 of 2 triangles are turned inside out" in run.said) == said

@@ -17,7 +17,7 @@ module story_m
    use state_m, only: state_t
    use explicit_m, only: cycle_report_t
    use forces_m, only: find_forces, net_force
-   use solid_m, only: in_situ_scale
+   use solid_m, only: in_situ_scale, turned_over
    implicit none
    private
 
@@ -59,7 +59,24 @@ contains
                        to_text(report%unbalanced)//' after the longest rest allowed; asked for was '// &
                        to_text(model%deck%stage(stage)%equilibrium)//' (max_rest_time, damping)')
       call warn_of_corners(model, state, log)
+      call warn_of_turned_rock(model, state, log)
    end subroutine say_stage
+
+   !> Say where triangles are turned inside out: forces are in balance there too, but they are not those of any rock.
+   subroutine warn_of_turned_rock(model, state, log)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+      type(log_t), intent(in) :: log
+      logical :: turned(size(model%solid%area))
+      integer :: first
+
+      turned = turned_over(model%solid, state%u)
+      first = findloc(turned, .true., dim=1)
+      if (first == 0) return
+      call log%warn(to_text(count(turned))//' of '//to_text(size(turned))//' triangles are turned inside out, the first near '// &
+                    place_text(sum(model%split%x(:, model%split%triangle(:, first)), dim=2)/3.0_wp, model%split%datum)// &
+                    ': loads or prescribed motion are beyond all that elastic rock bears, and the result means nothing there')
+   end subroutine warn_of_turned_rock
 
    !> Say where corners of blocks have passed into each other by more than closure and elasticity let them.
    subroutine warn_of_corners(model, state, log)

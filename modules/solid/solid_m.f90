@@ -40,7 +40,7 @@ module solid_m
    end type solid_t
 
    public :: init_solid, renumber, set_in_situ, take_out, set_viscosity, lumped_mass, solid_forces, viscous_forces, solid_stress, &
-             in_situ_scale, wave_impedance, strain_energy, solid_stiffness_bound, solid_damping_bound, decompose
+             in_situ_scale, wave_impedance, strain_energy, turned_over, solid_stiffness_bound, solid_damping_bound, decompose
 
 contains
 
@@ -479,6 +479,22 @@ contains
                          + 0.5_wp*solid%lambda_area(e)*(strain(1) + strain(2))**2
       end do
    end function strain_energy
+
+   !> Which triangles are turned inside out: those whose area has fallen through zero, which no rock does (triangles).
+   pure function turned_over(solid, u) result(turned)
+      type(solid_t), intent(in) :: solid
+      !> Displacement (2, nodes) [m]
+      real(wp), intent(in) :: u(:, :)
+      logical :: turned(size(solid%area))
+      real(wp) :: h(2, 2)
+      integer :: e
+
+      do e = 1, size(turned)
+         h = displacement_gradient(solid, e, u)
+         ! What was taken out is no rock
+         turned(e) = solid%mu_area(e) > 0.0_wp .and. (1.0_wp + h(1, 1))*(1.0_wp + h(2, 2)) - h(1, 2)*h(2, 1) <= 0.0_wp
+      end do
+   end function turned_over
 
    !> rho cp and rho cs of the rock (2, triangles) [Pa s/m].
    pure function wave_impedance(solid) result(impedance)
