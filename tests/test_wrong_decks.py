@@ -109,6 +109,22 @@ def test_one_mistake_one_message(femdem, tmp_path):
 
 
 @pytest.mark.fast
+def test_tension_is_cut_off_below_the_tip_of_the_cone(femdem, tmp_path):
+    text = "&cohesive group = 'rock', tensile_strength = 4e6, cohesion = 6e6, friction_angle = {}, g_i = 20, g_ii = 60 /\n"
+    # The last is no slope at all: the tip is beyond all numbers
+    for angle in ("56", "0", "1e-300"):
+        result = check(femdem, BASE + text.format(angle), tmp_path)
+        assert result.returncode == 0, result.stderr
+    result = check(femdem, BASE + text.format("57"), tmp_path)
+    assert_wrong(
+        result,
+        "&cohesive tensile_strength = 4e6",
+        "at most cohesion/tan(friction_angle) = 389644",
+        "tip of the cone",
+    )
+
+
+@pytest.mark.fast
 @pytest.mark.parametrize("option", ["--check", "--quiet"])
 def test_unstable_step(option, femdem, tmp_path):
     """Known only when the scene has been built: refused before the first step, with both numbers."""

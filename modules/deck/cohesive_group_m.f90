@@ -115,14 +115,14 @@ contains
       type(group_slice_t), intent(in) :: slice
       type(cohesive_group_t), intent(in) :: cohesive
       type(error_list_t), intent(inout) :: errors
-      real(wp) :: tip
+      real(wp) :: slope
 
       if (.not. all(is_set([cohesive%tensile_strength, cohesive%cohesion, cohesive%friction_angle]))) return
       if (cohesive%friction_angle <= 0.0_wp .or. cohesive%friction_angle >= right_angle) return
-      tip = cohesive%cohesion/tan(radians*cohesive%friction_angle)
-      if (cohesive%tensile_strength <= tip) return
-      call errors%add(slice%place('tensile_strength')//': must be at most cohesion/tan(friction_angle) = '//exact_text(tip)// &
-                      ', the tip of the cone')
+      slope = tan(radians*cohesive%friction_angle)
+      if (cohesive%tensile_strength*slope <= cohesive%cohesion) return
+      call errors%add(slice%place('tensile_strength')//': must be at most cohesion/tan(friction_angle) = '// &
+                      exact_text(cohesive%cohesion/slope)//', the tip of the cone')
    end subroutine check_cut_off
 
    !> Write the effective group, every variable.
