@@ -19,6 +19,11 @@ def test_family(name):
     assert outcome.passed, f"{name}: {outcome.figures} {outcome.error}"
 
 
+def test_the_network_of_input_can_be_shaken():
+    for what, spread in stress.outcrop_jitter(2):
+        assert 0.0 < spread < 1e-2, what
+
+
 @pytest.mark.fast
 def test_a_family_that_breaks_its_bar_fails(monkeypatch):
     for bar, known, passed in (

@@ -176,7 +176,7 @@ def cycles(number=1000):
         *[stage(name) for name, _, _ in stages],
         output=", fields_every = 0",
     )
-    history = Run(mesh, text).needed().history
+    history = Run(mesh, text, timeout=1200).needed().history
     found = np.array([history[f"joint.{n}"][1:] for n in names]).reshape(len(names), number, 4)
     # The first cycle comes from rest
     drifts = np.abs(found[:, 1:] - found[:, 1:2]).max(axis=(1, 2)) / np.abs(found).max(axis=(1, 2))
@@ -390,7 +390,6 @@ def outcrop_jitter(number=100):
     with tempfile.TemporaryDirectory() as name:
         mesh = Path(name) / "mesh.msh"
         command = [
-            sys.executable,
             TOP / "bin" / "femdem-mesh",
             folder / "two_sets.csv",
             "--size",
