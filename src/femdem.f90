@@ -186,7 +186,10 @@ contains
 
       if (stage > done%stage) call end_relief(state)
       call begin_stage(model, stage, state)
-      if (stage > done%stage) call hold_absorbing_sides(model, stage, state)
+      if (stage > done%stage .and. any(deck%boundary%absorbing)) then
+         call hold_absorbing_sides(model, stage, state)
+         call begin_stage(model, stage, state)
+      end if
       if (stage == 1 .and. done%stage == 0 .and. deck%in_situ%line > 0) call say_in_situ(model, state, log)
       if (stage > done%stage) call find_excavation(model, stage, breaks)
       if (.not. breaks%any()) return

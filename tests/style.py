@@ -47,6 +47,13 @@ CONVERTS = {
     "modules/flow/hydraulic_aperture_m.f90": "its source has apertures in micrometres",
     "modules/output": "tables and messages, where a name says mm or MPa",
 }
+# Who may change the model, all else has it intent(in)
+CHANGES_MODEL = {
+    "begin_stage": "the loads of a stage",
+    "recut": "rock that breaks or is taken out",
+    "run_cycle": "calls recut when a solver says so",
+}
+CHANGED_MODEL = re.compile(r"^\s*(?:type|class)\(model_t\)(?!.*intent\(in\)).*\bintent\(", re.IGNORECASE)
 TEXT_SUFFIXES = ".f90 .pf .py .sh .cmake .md .toml .txt .json .nml .geo .cff .yml .csv".split()  # noqa: SIM905
 CODE_SUFFIXES = [".f90", ".pf", ".py", ".sh"]
 
@@ -237,6 +244,22 @@ def check_units():
     return complaints
 
 
+def check_model_is_constant():
+    """The model is intent(in) everywhere but in CHANGES_MODEL; a function that builds a part of it returns that."""
+    complaints = []
+    for path in with_suffix(".f90"):
+        if not name_of(path).startswith("modules/"):
+            continue
+        routine = ""
+        for number, line in lines_of(path):
+            bare = statement(line)
+            if not ROUTINE_END.match(bare) and (begun := ROUTINE.match(bare)):
+                routine = begun.group(2)
+            if CHANGED_MODEL.match(bare) and routine not in (*CHANGES_MODEL, "build_model"):
+                complaints.append(f"{name_of(path)}:{number}: {routine} changes the model")
+    return complaints
+
+
 def check_stops():
     """Only the programs in src and the benchmarks may stop."""
     complaints = []
@@ -415,6 +438,7 @@ CHECKS = [
     check_modules,
     check_use_only,
     check_units,
+    check_model_is_constant,
     check_stops,
     check_layers,
     check_cycles,

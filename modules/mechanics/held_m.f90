@@ -8,7 +8,7 @@ module held_m
    use in_situ_group_m, only: in_situ_stress
    use loads_m, only: loads_t, start_stage, absorbing_edges, on_group, stage_number
    use forces_m, only: forces_now
-   use model_m, only: model_t, renew_loads
+   use model_m, only: model_t
    use state_m, only: state_t
    implicit none
    private
@@ -17,10 +17,10 @@ module held_m
 
 contains
 
-   !> A stage has begun: find what the sides that absorb from now on hold, and let them.
+   !> A stage has begun: find what the sides that absorb from now on hold. Its loads are to be found anew with that.
    subroutine hold_absorbing_sides(model, stage, state)
       !> With the loads of the stage
-      type(model_t), intent(inout) :: model
+      type(model_t), intent(in) :: model
       integer, intent(in) :: stage
       type(state_t), intent(inout) :: state
       logical :: edge(size(model%split%surface, 2))
@@ -34,7 +34,6 @@ contains
       else
          call hold_reactions(model, stage, edge, state)
       end if
-      call renew_loads(model, state)
    end subroutine hold_absorbing_sides
 
    !> The traction of the in-situ stress, linear along an edge: it is in balance with the rock to the last digit.

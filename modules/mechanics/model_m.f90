@@ -132,7 +132,7 @@ module model_m
       procedure :: rest_tolerance
    end type model_t
 
-   public :: begin_stage, renew_loads, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
+   public :: begin_stage, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
              start_contact, first_friction, material_of, holds_fluid
 
    abstract interface
@@ -383,59 +383,61 @@ contains
       touching = pack([(n, n=1, size(touches))], touches)
    end function touching_nodes
 
-   !> Compile the boundary conditions of a stage.
+   !> Loads and prescribed motion of a stage; of the one that is on, anew: at the nodes of another mesh, with other forces of the
+   !> state, or when fluid gets into cracks.
    subroutine begin_stage(model, stage, state)
       type(model_t), intent(inout) :: model
-      !> Number of the stage
+      !> Number of the stage (0: none yet)
       integer, intent(in) :: stage
       type(state_t), intent(inout) :: state
-      integer :: i
 
+      if (stage == model%stage) then
+         call init_loads(model%split, model%deck%boundary, model%loads, every_time=.not. model%deck%plan%skip_loads)
+         if (stage > 1) call compile(stage - 1)
+      end if
       model%stage = stage
-      call start_stage(model%split, model%deck%boundary, model%deck%stage%name, stage, model%nodes%weight, model%loads)
-      call add_pore_pressure(model%split, model%deck%pore_pressure, model%deck%stage%name, stage, &
-                             holds_fluid(model, state), model%loads)
-      if (any(model%deck%boundary%absorbing)) &
-         call start_absorbing(model%split, model%deck%boundary, model%deck%stage%name, stage, wave_impedance(model%solid), &
-                              model%loads)
-      if (size(state%held, 2) > 0) then
-         model%loads%dead_end = model%loads%dead_end + state%held
-         model%loads%dead_changes = any(abs(model%loads%dead_end - model%loads%dead_start) > 0.0_wp)
-      end if
-      ! Weight that is not ramped is there from the very start
-      if (stage == 1 .and. .not. model%deck%gravity%ramped) model%loads%dead_start = model%nodes%weight
-      ! In-situ stress is in balance with all of them
-      if (stage == 1 .and. model%deck%in_situ%line > 0) then
-         model%loads%dead_start = model%loads%dead_end
-         model%loads%dead_changes = .false.
-         model%loads%pressure_start = model%loads%pressure_end
-      end if
-      do i = 1, 2
-         where (model%nodes%gone)
-            model%loads%fixed(i, :) = .true.
-            model%loads%velocity(i, :) = 0.0_wp
-         end where
-      end do
-      if (size(state%relief, 2) > 0) then
-         model%loads%dead_start = model%loads%dead_start + state%relief
-         model%loads%dead_changes = .true.
-      end if
-      state%load_level = unset
-      model%undisturbed = undisturbed_blocks(model%loads, model%touching)
+      if (stage > 0) call compile(stage)
+
+   contains
+
+      !> What the deck says about a stage, after the stage before it.
+      subroutine compile(stage)
+         integer, intent(in) :: stage
+         integer :: i
+
+         call start_stage(model%split, model%deck%boundary, model%deck%stage%name, stage, model%nodes%weight, model%loads)
+         call add_pore_pressure(model%split, model%deck%pore_pressure, model%deck%stage%name, stage, &
+                                holds_fluid(model, state), model%loads)
+         if (any(model%deck%boundary%absorbing)) &
+            call start_absorbing(model%split, model%deck%boundary, model%deck%stage%name, stage, wave_impedance(model%solid), &
+                                 model%loads)
+         if (size(state%held, 2) > 0) then
+            model%loads%dead_end = model%loads%dead_end + state%held
+            model%loads%dead_changes = any(abs(model%loads%dead_end - model%loads%dead_start) > 0.0_wp)
+         end if
+         ! Weight that is not ramped is there from the very start
+         if (stage == 1 .and. .not. model%deck%gravity%ramped) model%loads%dead_start = model%nodes%weight
+         ! In-situ stress is in balance with all of them
+         if (stage == 1 .and. model%deck%in_situ%line > 0) then
+            model%loads%dead_start = model%loads%dead_end
+            model%loads%dead_changes = .false.
+            model%loads%pressure_start = model%loads%pressure_end
+         end if
+         do i = 1, 2
+            where (model%nodes%gone)
+               model%loads%fixed(i, :) = .true.
+               model%loads%velocity(i, :) = 0.0_wp
+            end where
+         end do
+         if (size(state%relief, 2) > 0) then
+            model%loads%dead_start = model%loads%dead_start + state%relief
+            model%loads%dead_changes = .true.
+         end if
+         state%load_level = unset
+         model%undisturbed = undisturbed_blocks(model%loads, model%touching)
+      end subroutine compile
+
    end subroutine begin_stage
-
-   !> Loads and prescribed motion of the stage that is on, anew: at the nodes of another mesh, with other forces of the state, or
-   !> when fluid gets into cracks.
-   subroutine renew_loads(model, state)
-      type(model_t), intent(inout) :: model
-      type(state_t), intent(inout) :: state
-      integer :: stage
-
-      stage = model%stage
-      call init_loads(model%split, model%deck%boundary, model%loads, every_time=.not. model%deck%plan%skip_loads)
-      if (stage > 1) call begin_stage(model, stage - 1, state)
-      if (stage > 0) call begin_stage(model, stage, state)
-   end subroutine renew_loads
 
    !> Can fluid be between the walls of a joint element? On fractures, and in cracks that have broken (joints).
    pure function holds_fluid(model, state) result(holds)

@@ -28,7 +28,7 @@ module recut_m
    use release_m, only: hold_back, restart_release
    use cracks_m, only: breaks_t, describe_bond, stress_across
    use model_m, only: model_t, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
-                      start_contact, first_friction, renew_loads
+                      start_contact, first_friction, begin_stage
    use solver_choice_m, only: solver_explicit
    use state_m, only: state_t, kinetic_energy
    implicit none
@@ -70,7 +70,7 @@ contains
          model%joints%bonded(model%bonds%fractures + breaks%parted) = .false.
          call renew_walls([(n, n=1, size(state%mass))], [(n, n=1, size(model%split%surface, 2))])
       end if
-      if (breaks%filled) call renew_loads(model, state)
+      if (breaks%filled) call begin_stage(model, model%stage, state)
       if (size(breaks%edge) == 0) return
       moving = model%solver == solver_explicit
       if (moving) then
@@ -120,7 +120,7 @@ contains
          model%is_adaptive = any(model%breakable > 0)
          ! Nodes have other numbers now: which of them contact can push is found with the walls
          model%touching = [integer ::]
-         call renew_loads(model, state)
+         call begin_stage(model, model%stage, state)
       end subroutine cut
 
       !> Take rock out: what it was part of is free, and what it had exerted on the rest stays as a load that goes to zero over the
@@ -144,7 +144,7 @@ contains
                state%relief(i, :) = 0.0_wp
             end where
          end do
-         call renew_loads(model, state)
+         call begin_stage(model, model%stage, state)
          state%energy%strain = strain_energy(model%solid, state%u)
          state%energy%kinetic = kinetic_energy(state%mass, state%v)
          state%energy%external = state%energy%external + state%energy%strain + state%energy%kinetic - stored
