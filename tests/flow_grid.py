@@ -116,9 +116,9 @@ def run(femdem, folder, deck, *options, timeout=120):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=timeout, check=False)
 
 
-def snapshots(femdem, folder, deck):
+def snapshots(femdem, folder, deck, timeout=120):
     """Run a deck; places of the nodes of its results, times, and the fields of each snapshot by name."""
-    done = run(femdem, folder, deck)
+    done = run(femdem, folder, deck, timeout=timeout)
     assert done.returncode == 0, done.stderr
     with h5py.File(folder / "results" / "fields.h5") as file:
         steps = sorted(name for name in file if name.startswith("step_"))

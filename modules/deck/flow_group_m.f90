@@ -21,6 +21,8 @@ module flow_group_m
       integer :: max_passes = 30
       !> Hydraulic from mechanical aperture, where no &conduit says otherwise
       character(len=option_length) :: hydraulic = 'equal'
+      !> Damage of a crack from which on fluid gets into it [-]: 1 when it has broken
+      real(wp) :: fluid_enters = 1.0_wp
       !> Is the equivalent permeability of the model found at every output time?
       logical :: permeability = .true.
    end type flow_t
@@ -48,6 +50,7 @@ contains
       call check_range(errors, slice, 'tolerance', flow%tolerance, above=0.0_wp, below=1.0_wp)
       call check_least(errors, slice, 'max_passes', flow%max_passes, 1)
       call check_choice(errors, slice, 'hydraulic', flow%hydraulic, hydraulic_laws)
+      call check_range(errors, slice, 'fluid_enters', flow%fluid_enters, above=0.0_wp, most=1.0_wp)
    end subroutine read_flow
 
    !> The variables, for reading and writing.
@@ -59,6 +62,7 @@ contains
       call variables%keep('tolerance', flow%tolerance)
       call variables%keep('max_passes', flow%max_passes)
       call variables%keep('hydraulic', flow%hydraulic)
+      call variables%keep('fluid_enters', flow%fluid_enters)
       call variables%keep('permeability', flow%permeability)
    end subroutine name_variables
 

@@ -17,7 +17,7 @@ module model_m
    use solid_m, only: solid_t, lumped_mass, solid_stiffness_bound, solid_damping_bound, wave_impedance
    use joints_m, only: joints_t
    use joint_border_m, only: largest_closure
-   use bonds_m, only: bonds_t
+   use bonds_m, only: bond_damage, bonds_t
    use wall_layout_m, only: wall_contact_t, init_wall_contact, surfaces_walked, walls_touching
    use wall_contact_m, only: init_meeting, lets_go
    use crossings_m, only: corners_t, init_corners
@@ -439,14 +439,18 @@ contains
 
    end subroutine begin_stage
 
-   !> Can fluid be between the walls of a joint element? On fractures, and in cracks that have broken (joints).
+   !> Can fluid be between the walls of a joint element? On fractures, and in cracks that have broken or, where &flow says so, are
+   !> damaged enough (joints).
    pure function holds_fluid(model, state) result(holds)
       type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       logical :: holds(size(model%split%joint, 2))
 
       holds = .true.
-      if (model%can_break) holds(model%bonds%fractures + 1:) = state%bonds%broken
+      if (.not. model%can_break) return
+      holds(model%bonds%fractures + 1:) = state%bonds%broken
+      if (model%deck%flow%fluid_enters < 1.0_wp) &
+         holds = holds .or. bond_damage(model%bonds, state%bonds, size(holds)) >= model%deck%flow%fluid_enters
    end function holds_fluid
 
    !> Does the rest of a stage end at equilibrium rather than at a given time?

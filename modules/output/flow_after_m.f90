@@ -140,7 +140,8 @@ contains
       end do
       j = nint(moment%number(2))
       if (j > 0) call set_moment(flow%model, j, real(cycle, wp)/real(model%deck%stage(j)%cycles, wp))
-      call flow%take(lines%node, lines%group, lines%block_edge, aperture, ratio, roughness, damage >= 1.0_wp, errors)
+      call flow%take(lines%node, lines%group, lines%block_edge, aperture, ratio, roughness, &
+                     damage >= model%deck%flow%fluid_enters, errors)
       call flow%write_row(moment, errors, permeability)
       if (errors%any()) return
       call flow%add_fields([(j, j=1, size(model%whole%x, 2))], list)

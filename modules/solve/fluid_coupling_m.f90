@@ -121,7 +121,7 @@ contains
 
       self%part = [self%part(2), next_part(model%deck, state, model%deck%stage(stage)%move_time, self%part(2))]
       call set_moment(self%model, stage, (real(cycle - 1, wp) + self%part(2))/real(model%deck%stage(stage)%cycles, wp))
-      call take_apertures(self, model, state)
+      call take_apertures(self, model, state, state)
       self%pressure = state%fluid%pressure
       if (model%deck%transient%line > 0) then
          call begin_balance(self%storage, self%model, model%split, state)
@@ -182,7 +182,7 @@ contains
       real(wp), allocatable :: found(:), miss(:), step(:), inflow(:)
       real(wp) :: apart, scale, imbalance
 
-      call take_apertures(self, model, state)
+      call take_apertures(self, model, self%start, state)
       call find_pressure(self, model, state, stage, found, inflow, imbalance, errors)
       if (errors%any()) return
       self%pass = self%pass + 1
@@ -402,15 +402,15 @@ contains
       call press_walls(model%split, in_rock, in_crack, filled, force)
    end subroutine fluid_loads
 
-   !> The lines that conduct, with the apertures of a state.
-   subroutine take_apertures(self, model, state)
+   !> The lines that conduct at the start of a pass, with the apertures of another state.
+   subroutine take_apertures(self, model, start, state)
       type(fluid_coupling_t), intent(inout) :: self
       type(model_t), intent(in) :: model
-      type(state_t), intent(in) :: state
+      type(state_t), intent(in) :: start, state
       logical, allocatable :: filled(:)
       integer, allocatable :: line(:, :)
 
-      call conducting_lines(model, state, line, filled)
+      call conducting_lines(model, start, line, filled)
       call set_lines(self%model, model%whole, line, model%split%joint_group, model%topology%edge_of_joint)
       call set_apertures(self%model, state%aperture, state%joint%ratio, &
                          mobilised_roughness(model%joints%law, state%joint%ratio, state%joint%sn), filled)
