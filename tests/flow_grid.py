@@ -62,6 +62,13 @@ class Grid:
             self.lines.append((group, self.node(*a), self.node(*(a + step))))
             a = a + step
 
+    def part_of_side(self, group, start, end):
+        """Lines of a side from place to place, away from its corner of origin, to a group of their own"""
+        whole, self.lines = self.lines, []
+        self.fracture(group, start, end)
+        taken = {line[1:] for line in self.lines}
+        self.lines = [line for line in whole if line[1:] not in taken] + self.lines
+
     def point(self, name, place):
         """A physical point"""
         self.points[name] = self.node(*self.at(place))
