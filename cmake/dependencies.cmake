@@ -1,4 +1,4 @@
-# Libraries of the system: HDF5 (Fortran), METIS, LAPACK, MUMPS (sequential, double precision).
+# Libraries of the system: HDF5 (Fortran), METIS, LAPACK, UMFPACK, MUMPS (sequential, double precision).
 add_library(femdem_dependencies INTERFACE)
 
 find_package(HDF5 REQUIRED COMPONENTS Fortran)
@@ -14,6 +14,9 @@ target_link_libraries(femdem_dependencies INTERFACE OpenMP::OpenMP_Fortran)
 
 find_package(LAPACK REQUIRED)
 target_link_libraries(femdem_dependencies INTERFACE ${LAPACK_LIBRARIES})
+
+find_library(UMFPACK_LIBRARY umfpack REQUIRED)
+target_link_libraries(femdem_dependencies INTERFACE ${UMFPACK_LIBRARY})
 
 # Debian keeps the sequential library apart from the parallel one by its name; its mpif.h stands in for MPI's.
 find_path(MUMPS_INCLUDE dmumps_struc.h REQUIRED)

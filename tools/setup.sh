@@ -3,7 +3,7 @@
 
 # A compiler without recommended packages lacks make and the C library's headers: name them.
 build_packages=(gcc libc6-dev make gfortran cmake pkg-config git
-  libhdf5-dev libmetis-dev libopenblas-dev libmumps-seq-dev)
+  libhdf5-dev libmetis-dev libopenblas-dev libmumps-seq-dev libsuitesparse-dev)
 run_packages=(gmsh python3-gmsh python3-numpy python3-h5py python3-matplotlib python3-scipy python3-shapely)
 test_packages=(python3-pytest python3-pytest-xdist python3-venv codespell)
 

@@ -7,7 +7,7 @@
 module flow_m
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds_m, only: wp
-   use mumps_m, only: sparse_lu_t, linear_ok
+   use sparse_lu_m, only: sparse_lu_t, linear_ok
    use union_find_m, only: each_alone, join, representatives
    implicit none
    private
@@ -105,7 +105,7 @@ contains
       !> Is the pressure known? (nodes)
       logical, intent(in) :: fixed(:)
       type(flow_equations_t), intent(inout) :: equations
-      !> As in mumps_m
+      !> As in sparse_lu_m
       integer, intent(out) :: status
       !> Time step of implicit Euler [s]; steady when not given
       real(wp), intent(in), optional :: step
@@ -174,7 +174,7 @@ contains
       end do
    end subroutine find_parts
 
-   !> Entries of the equations of the unknowns; MUMPS adds up those of one place.
+   !> Entries of the equations of the unknowns; the linear solver adds up those of one place.
    subroutine assemble(conductors, equations, row, column, value)
       type(conductors_t), intent(in) :: conductors
       type(flow_equations_t), intent(in) :: equations

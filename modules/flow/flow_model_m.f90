@@ -15,7 +15,7 @@ module flow_model_m
    use hydraulic_aperture_m, only: hydraulic_law_named, hydraulic_equal, hydraulic_aperture
    use loads_m, only: stage_number
    use mesh_m, only: mesh_t, find_group, place_text, a_point, a_curve, a_surface
-   use mumps_m, only: linear_ok
+   use sparse_lu_m, only: linear_ok
    use outline_m, only: outline_t, find_outline
    use permeability_m, only: permeability_t, find_permeability
    use text_m, only: quoted, to_text

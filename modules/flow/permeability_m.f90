@@ -8,7 +8,7 @@ module permeability_m
    use kinds_m, only: wp
    use constants_m, only: radians
    use flow_m, only: conductors_t, flow_equations_t, flow_field_t, init_flow, solve_flow, line_length, no_pressure
-   use mumps_m, only: linear_ok
+   use sparse_lu_m, only: linear_ok
    use outline_m, only: outline_t, left_side, right_side, bottom_side, top_side
    implicit none
    private
@@ -46,7 +46,7 @@ contains
       !> Block edge of each line, 0 for none (lines)
       integer, intent(in) :: block_edge(:)
       type(permeability_t), intent(out) :: permeability
-      !> As in mumps_m
+      !> As in sparse_lu_m
       integer, intent(out) :: status
       type(conductors_t) :: weightless
       integer :: axis

@@ -4,7 +4,7 @@ module transient_flow_m
    use errors_m, only: error_list_t
    use flow_m, only: flow_equations_t, init_flow, solve_flow
    use flow_model_m, only: flow_model_t, boundary_flow_t, boundary_values, add_sources, finish_flow
-   use mumps_m, only: linear_ok
+   use sparse_lu_m, only: linear_ok
    use text_m, only: to_text
    implicit none
    private

@@ -4,33 +4,28 @@
 !> This file is compiled with relaxed flags: MUMPS brings its own structure, a file to be included.
 module mumps_m
    use kinds_m, only: wp
+   use factors_m, only: factors_t, linear_ok, linear_singular, linear_failed, out_of_memory
    implicit none
    private
 
    include 'mpif.h'
    include 'dmumps_struc.h'
 
-   !> Outcome of a call
-   integer, parameter, public :: linear_ok = 0, linear_singular = 1, linear_failed = 2
-
-   !> A factored matrix
-   type, public :: sparse_lu_t
+   !> A matrix factored by MUMPS
+   type, public, extends(factors_t) :: mumps_factors_t
       private
       type(dmumps_struc) :: id
       logical :: started = .false.
-      !> Pivots that were found to be nothing but rounding in the last factorisation
-      integer, public :: null_pivots = 0
-      !> Memory that factors may take [MB]; 0: what the machine has
-      integer, public :: max_memory = 0
    contains
       procedure :: analyse
       procedure :: factor
       procedure :: solve
       procedure :: matrix
       procedure :: memory
+      procedure :: ordering => ordering_used
       procedure :: message
       procedure :: free => free_factors
-   end type sparse_lu_t
+   end type mumps_factors_t
 
    !> Jobs and control numbers of MUMPS (its user's guide, chapters 5 and 6)
    integer, parameter :: job_start = -1, job_end = -2, job_analyse = 1, job_factor = 2, job_solve = 3
@@ -48,6 +43,8 @@ module mumps_m
    integer, parameter :: memory_planned = 16
    !> Place of the memory that the last factorisation took at the most [MB], likewise
    integer, parameter :: memory_used = 22
+   !> Pivots of the last factorisation that were nothing but rounding, likewise
+   integer, parameter :: null_pivots = 28
    integer, parameter :: largest_margin_percent = 1000
 
    interface
@@ -61,7 +58,7 @@ contains
 
    !> Order the unknowns of a pattern and plan the factorisation.
    subroutine analyse(self, n, row, column, status, place)
-      class(sparse_lu_t), intent(inout) :: self
+      class(mumps_factors_t), intent(inout) :: self
       !> Number of unknowns
       integer, intent(in) :: n
       !> Places of the entries, from 1 (entries)
@@ -106,7 +103,7 @@ contains
 
    !> Factor the matrix of given values.
    subroutine factor(self, value, status)
-      class(sparse_lu_t), intent(inout) :: self
+      class(mumps_factors_t), intent(inout) :: self
       !> Entries in the order of the pattern analysed
       real(wp), intent(in) :: value(:)
       integer, intent(out) :: status
@@ -121,14 +118,13 @@ contains
          if (self%id%icntl(extra_memory) >= largest_margin_percent) exit
          self%id%icntl(extra_memory) = 2*self%id%icntl(extra_memory)
       end do
-      self%null_pivots = self%id%infog(28)
       status = outcome(self)
-      if (status == linear_ok .and. self%null_pivots > 0) status = linear_singular
+      if (status == linear_ok .and. self%id%infog(null_pivots) > 0) status = linear_singular
    end subroutine factor
 
    !> Replace a right-hand side by the solution.
    subroutine solve(self, x, status)
-      class(sparse_lu_t), intent(inout) :: self
+      class(mumps_factors_t), intent(inout) :: self
       !> Right-hand side in, solution out (unknowns)
       real(wp), intent(inout) :: x(:)
       integer, intent(out) :: status
@@ -144,7 +140,7 @@ contains
 
    !> The matrix that was factored last (entries); of size zero when there is none.
    pure function matrix(self)
-      class(sparse_lu_t), intent(in) :: self
+      class(mumps_factors_t), intent(in) :: self
       real(wp), allocatable :: matrix(:)
 
       allocate (matrix(0))
@@ -153,30 +149,39 @@ contains
 
    !> Memory that the last factorisation took at the most [MB].
    pure integer function memory(self)
-      class(sparse_lu_t), intent(in) :: self
+      class(mumps_factors_t), intent(in) :: self
 
       memory = self%id%infog(memory_used)
    end function memory
 
+   !> How the unknowns are ordered, for the log.
+   pure function ordering_used(self) result(name)
+      class(mumps_factors_t), intent(in) :: self
+      character(len=:), allocatable :: name
+
+      name = 'AMF (minimum fill)'
+      if (.not. self%started) return
+      if (self%id%icntl(ordering) == ordering_given) name = 'METIS (nested dissection)'
+   end function ordering_used
+
    !> Why the last job failed, for messages.
-   function message(self)
-      class(sparse_lu_t), intent(in) :: self
+   pure function message(self)
+      class(mumps_factors_t), intent(in) :: self
       character(len=:), allocatable :: message
       character(len=160) :: text
 
       if (any(self%id%infog(1) == errors_memory)) then
-         write (text, '(a,i0,a,i0,a)') 'the linear solver has not enough memory for ', self%id%n, ' unknowns, which may take ', &
-            self%id%infog(memory_planned), ' MB'
+         message = out_of_memory(self%id%n, self%id%infog(memory_planned))
       else
          write (text, '(a,i0,a,i0,a,i0,a)') 'the linear solver failed with ', self%id%n, ' unknowns (MUMPS, INFOG(1) = ', &
             self%id%infog(1), ', INFOG(2) = ', self%id%infog(2), ')'
+         message = trim(text)
       end if
-      message = trim(text)
    end function message
 
    !> Give back all memory.
    subroutine free_factors(self)
-      class(sparse_lu_t), intent(inout) :: self
+      class(mumps_factors_t), intent(inout) :: self
 
       if (.not. self%started) return
       deallocate (self%id%irn, self%id%jcn, self%id%a, self%id%rhs)
@@ -188,7 +193,7 @@ contains
 
    !> Outcome of the last job.
    pure integer function outcome(self)
-      type(sparse_lu_t), intent(in) :: self
+      type(mumps_factors_t), intent(in) :: self
 
       select case (self%id%infog(1))
       case (0:)

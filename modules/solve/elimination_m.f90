@@ -1,7 +1,7 @@
 !> The order in which the unknowns of a large system are eliminated: nested dissection of the graph of its nodes by METIS.
 !>
 !> Both components of a node go together, so the graph is a quarter of the matrix. METIS starts from a seed of its own: the same
-!> matrix gets the same order, in every run. Below some hundred thousand unknowns the minimum degree of MUMPS is as good and
+!> matrix gets the same order, in every run. Below some hundred thousand unknowns the minimum fill of MUMPS is as good and
 !> found sooner.
 module elimination_m
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_null_ptr, c_ptr

@@ -17,7 +17,7 @@ module fluid_storage_m
    use flow_m, only: flow_equations_t, flow_field_t, init_flow, solve_flow, line_length, triangle_area
    use flow_model_m, only: flow_model_t, boundary_values, add_sources, rock_storage
    use mesh_m, only: mesh_t, split_mesh_t
-   use mumps_m, only: linear_ok
+   use sparse_lu_m, only: linear_ok
    use pore_pressure_m, only: rock_growth
    use solid_m, only: solid_t
    use state_m, only: state_t

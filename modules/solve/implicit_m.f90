@@ -553,7 +553,7 @@ contains
       if (self%stage > 0) call log%say('implicit  '//to_text(self%system%unknowns)//' unknowns in the last stage; '// &
                                        to_text(self%iterations)//' iterations, '//to_text(self%factorisations)// &
                                        ' factorisations, '//to_text(self%patterns)//' patterns, ordered by '// &
-                                       trim(merge('METIS (nested dissection)', 'AMF (minimum degree)     ', self%dissected)))
+                                       self%lu%ordering())
       if (self%stage > 0) call log%say('implicit  '//to_text(self%lagged)//' iterations with older factors, '// &
                                        to_text(self%lagged_steps)//' steps; factors take '//to_text(self%lu%memory())//' MB')
       if (self%pseudo_steps > 0_i8) call log%say('implicit  '//to_text(self%pseudo_steps)//' steps of pseudo-time, where '// &

@@ -6,7 +6,7 @@
 module lagged_m
    use kinds_m, only: wp
    use sparse_system_m, only: sparse_system_t, multiply
-   use mumps_m, only: sparse_lu_t, linear_ok
+   use sparse_lu_m, only: sparse_lu_t, linear_ok
    implicit none
    private
 

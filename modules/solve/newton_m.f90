@@ -15,7 +15,7 @@ module newton_m
    use motion_m, only: unbalanced_ratio
    use sparse_system_m, only: sparse_system_t, node_groups_t, kept_matrix_t, restore_system, build_system, gather, scatter
    use elimination_m, only: dissection, large
-   use mumps_m, only: sparse_lu_t, linear_ok, linear_failed
+   use sparse_lu_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
    use lagged_m, only: solve_lagged
    use increment_m, only: increment_t, begin_increment, forces_from_start
@@ -31,8 +31,6 @@ module newton_m
       type(anderson_t) :: past
       !> Are there factors for the present pattern, and do they belong to a state that has been left?
       logical :: factored = .false., outdated = .false.
-      !> Are unknowns eliminated in the order of nested dissection?
-      logical :: dissected = .false.
       !> What the linear solver failed of: no iteration can go on
       character(len=:), allocatable :: failure
       !> Are there bodies that only weak springs hold?
@@ -132,8 +130,7 @@ contains
       self%lu%max_memory = model%deck%implicit%max_memory
       allocate (place(0))
       if (self%system%unknowns >= large) place = dissection(self%system)
-      self%dissected = size(place) > 0
-      if (self%dissected) then
+      if (size(place) > 0) then
          call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status, place)
       else
          call self%lu%analyse(self%system%unknowns, self%system%row, self%system%column, status)
