@@ -679,7 +679,8 @@ def overlap(answer, scene, reach=None):
     A block is what lies between two arms, out to `reach` (m; not given: 0.8 of the arms). The depth is that of the deepest
     corner of the overlap in either of the two blocks: how far it is to the block's boundary. Blocks may overlap by the
     closure of the arm between them and 1 % of the slip; where a block lies between them, which tapers to nothing at the
-    junction, by the closures on either side of it. Nothing for a network, which has no arms.
+    junction, by the closures on either side of it; the two blocks of a kink by what the corner of one is in the other when
+    the walls of both arms have closed. Nothing for a network, which has no arms.
     """
     if not len(scene.arms):
         return Overlap()
@@ -693,7 +694,10 @@ def overlap(answer, scene, reach=None):
         of_arm = closure_of_arms(answer, closure, scene.arms)
         blocks = [unary_union(list(polygonize(moved[edges].tolist()))) for edges in outlines]
         pairs = list(itertools.combinations(range(len(blocks)), 2))
-        found = [_overlap(blocks[i], blocks[j], _between(of_arm, i, j) + CORNER * slip) for i, j in pairs]
+        found = [
+            _overlap(blocks[i], blocks[j], _between(of_arm, scene.arms, i, j) + CORNER * slip)
+            for i, j in pairs
+        ]
         deepest = max(found, key=lambda one: one.depth - one.allowed)
         if deepest.depth - deepest.allowed > worst.depth - worst.allowed:
             worst = replace(deepest, area=sum(one.area for one in found))
@@ -719,11 +723,24 @@ def _overlap(one, other, allowed):
     return result
 
 
-def _between(of_arm, one, other):
+def _between(of_arm, arms, one, other):
     """Closures of the arms from one sector to another, the way with fewer of them (as many: the larger sum)."""
+    if len(arms) == 2:
+        return corner_behind(of_arm, arms)
     # Sector k ends at arm k
     ways = (of_arm[one:other], np.concatenate([of_arm[other:], of_arm[:one]]))
     return min((len(way), -way.sum()) for way in ways)[1] * -1
+
+
+def corner_behind(closure, arms):
+    """How deep the corner of a block is in the only other one, where the walls of both arms have closed."""
+    # The rock left free is a cone; c1 and c2 behind its sides
+    c1, c2 = closure
+    turn = np.radians(arms[1] - arms[0])
+    cosine = -np.cos(turn)  # of the angle between the normals of its sides
+    if min(c1, c2) <= cosine * max(c1, c2):
+        return max(c1, c2)
+    return float(np.sqrt(c1**2 + c2**2 - 2 * c1 * c2 * cosine) / abs(np.sin(turn)))
 
 
 def closure_of_walls(mesh, displacement):
@@ -764,7 +781,7 @@ def at_crossing(answer, scene):
 def scene_of(kind, angle, size, slip=0.0, cycles=None):
     """Small slip (0) or a slip of so many elements"""
     if slip:
-        # Blocks of a star are driven point first: in steps well below the reach of their corners, a quarter of an element
+        # Blocks of a star are driven point first: in steps well below the reach of their corners, half an element
         return large_slip(kind, angle, size, slip, cycles or (30 if kind == "star" else 20))
     return small_slip(kind, angle, size, cycles or 4)
 

@@ -17,8 +17,8 @@
 !> corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is convex: a
 !> force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that is
 !> none. All is of second degree: slip is proportional to load. K is of the order of the stiffness of the rock at a node,
-!> whatever the size of the elements. Beyond a quarter of an element walls face each other (wall_contact_m) and the
-!> corner lets go. Directions are those before any motion.
+!> whatever the size of the elements. Beyond half an element walls face each other (wall_contact_m) and the corner
+!> lets go. Directions are those before any motion.
 module corners_m
    use kinds_m, only: wp
    use crossings_m, only: corners_t
@@ -42,10 +42,10 @@ module corners_m
    !> Choices for a corner, beside 1 and 2, the side that holds
    integer, parameter :: free = 0, both = 3
    !> Depths below this part of the reach are none; depths that differ by less than this part are alike
-   real(wp), parameter :: least_depth = 2.0e-4_wp, alike = 0.02_wp
+   real(wp), parameter :: least_depth = 1.0e-4_wp, alike = 0.02_wp
 
    !> Depth that counts, over the largest slip at a crossing and over the reach
-   real(wp), parameter :: slip_passed = 5.0e-3_wp, reach_passed = 1.0e-3_wp
+   real(wp), parameter :: slip_passed = 5.0e-3_wp, reach_passed = 5.0e-4_wp
    !> Part that b0 falls to at a time
    real(wp), parameter, public :: press_back = 0.25_wp
    !> Times in an increment

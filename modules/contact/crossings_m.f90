@@ -10,7 +10,7 @@ module crossings_m
    public :: init_corners
 
    !> A corner lets go when it has passed the other one by this part of an element
-   real(wp), parameter :: reach_share = 0.25_wp
+   real(wp), parameter :: reach_share = 0.5_wp
 
    !> Pairs of blocks that meet at corners only
    type, public :: corners_t

@@ -28,7 +28,7 @@ module contact_group_m
       !> Tangential over normal contact stiffness [-]
       real(wp) :: tangential_factor = 1.0_wp
       !> Stiffness of blocks against each other at the corners of crossings over Young's modulus; 0: corners pass [-]
-      real(wp) :: corner_factor = 30.0_wp
+      real(wp) :: corner_factor = 45.0_wp
    end type contact_group_t
 
    character(len=*), parameter :: frictions(*) = ['slider  ', 'velocity']

@@ -33,6 +33,8 @@ module joint_border_m
       real(wp) :: tau_u = 0.0_wp, tau_sn = 0.0_wp
       !> Normal stiffness at first touch, and what is kept of it where walls are apart [Pa/m]
       real(wp) :: first_touch = 0.0_wp, apart = 0.0_wp
+      !> Does it bear no more than rounding of the overlap makes?
+      logical :: unstressed = .true.
       !> What d tau/du lacks for the system to be regular: where walls are apart, and where they touch without stress [Pa/m]
       real(wp) :: shear_apart = 0.0_wp, shear_unstressed = 0.0_wp
    end type joint_answer_t
@@ -391,6 +393,7 @@ contains
          answer%tau_sn = tangent%tau_sn
          first = pressure_stiffness(law, joints%penalty(j), point, 0.0_wp)
          answer%first_touch = first*megapascal_per_millimetre
+         answer%unstressed = point%sn <= first*touching
          answer%apart = apart*first*megapascal_per_millimetre
          if (tangent%tau_u < 0.0_wp) return
          first = law%normal_stiffness(point, 0.0_wp)

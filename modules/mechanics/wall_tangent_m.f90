@@ -290,7 +290,7 @@ contains
       integer, intent(in) :: j, k
 
       stiffness = answer%shear_apart
-      if (answer%stress <= 0.0_wp .and. .not. are_apart(joints, met, tractions, j, k)) stiffness = answer%shear_unstressed
+      if (answer%unstressed .and. .not. are_apart(joints, met, tractions, j, k)) stiffness = answer%shear_unstressed
    end function shear_floor
 
    !> Part of its first stiffness that a joint keeps in the tangent when it is open.
