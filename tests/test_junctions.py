@@ -151,24 +151,32 @@ FAST = [("T", 59, 0.0), ("kink", 59, 0.0), ("X", 59, 3.0)]
 CASES = list(itertools.product(junctions.KINDS, junctions.ANGLES, (0.0, 3.0)))
 
 
+def solver_of(kind, slip):
+    """The three blocks of a star that are driven hang on next to nothing when they are first driven. Rounding decides in two of 42
+    drawings whether the implicit solver finds that increment at once or in parts; apertures then differ by 1e-2
+    (manual/theory_coupling.md). Relaxation keeps the bar."""
+    return "relaxation" if kind == "star" and slip else "implicit"
+
+
 def mark_of(case):
-    """On either side of 60 degrees, and a sharp one: the others are long."""
+    """On either side of 60 degrees, and a sharp one: the others are long, and so are stars that slip far but one."""
     if case in FAST:
         return pytest.param(*case, marks=pytest.mark.fast)
-    usual = case[1] in (30, 59, 61) or case == ("X", 90, 3.0)
+    usual = case[1] in (30, 59, 61) and case not in (("star", 30, 3.0), ("star", 61, 3.0))
+    usual = usual or case == ("X", 90, 3.0)
     return case if usual else pytest.param(*case, marks=pytest.mark.long)
 
 
 @pytest.mark.parametrize(("kind", "angle", "slip"), map(mark_of, CASES))
 def test_the_drawing_does_not_matter(kind, angle, slip, folder):
     variants = SOME if slip else tuple(junctions.VARIANTS)
-    check(junctions.scene_of(kind, angle, SIZE, slip), folder, variants)
+    check(junctions.scene_of(kind, angle, SIZE, slip), folder, variants, solver=solver_of(kind, slip))
 
 
 @pytest.mark.parametrize("law", ["jcm_mean", "coulomb"])
 @pytest.mark.parametrize(("kind", "slip"), itertools.product(junctions.KINDS, (0.0, 3.0)))
 def test_the_drawing_does_not_matter_to_any_law(kind, slip, law, folder):
-    check(junctions.scene_of(kind, 59, SIZE, slip), folder, SOME, law=law)
+    check(junctions.scene_of(kind, 59, SIZE, slip), folder, SOME, law=law, solver=solver_of(kind, slip))
 
 
 @pytest.mark.parametrize("kind", junctions.KINDS)
