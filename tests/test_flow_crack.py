@@ -57,6 +57,13 @@ def test_fluid_in_the_zone_that_softens_drives_a_crack_by_less_pressure(femdem, 
             assert volume == close(RATE / 2 * time, 2e-3)
         pressures.append(fields["fluid_pressure"][place])
     assert pressures[1] < 0.95 * pressures[0]
+    # A stop leaves no trace of what was wet
+    deck = deck.replace("move_time = 0.5, ", "move_time = 0.25, cycles = 2, ")
+    snapshots(femdem, folder, deck)
+    assert stop_and_go_on(femdem, folder / "deck.nml", folder / "stopped", 2) >= 1
+    assert_same(
+        folder / "results", folder / "stopped", ("history.csv", "edges.csv", "flow.csv", "cracks.csv")
+    )
 
 
 @pytest.mark.fast

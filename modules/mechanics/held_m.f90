@@ -25,7 +25,6 @@ contains
       type(state_t), intent(inout) :: state
       logical :: edge(size(model%split%surface, 2))
 
-      if (.not. any(model%deck%boundary%absorbing)) return
       if (stage == 1 .and. model%deck%in_situ%line == 0) return
       edge = absorbing_edges(model%split, model%deck%boundary, model%deck%stage%name, stage)
       if (size(state%held, 2) == 0) state%held = 0.0_wp*state%u
