@@ -49,7 +49,12 @@ contains
          allocate (mumps_factors_t :: self%factors)
       end if
       self%factors%max_memory = self%max_memory
-      call self%factors%analyse(n, row, column, status, place)
+      ! gfortran describes an argument that is absent before it passes it on, with numbers that are none
+      if (present(place)) then
+         call self%factors%analyse(n, row, column, status, place)
+      else
+         call self%factors%analyse(n, row, column, status)
+      end if
    end subroutine analyse
 
    !> Factor the matrix of given values.

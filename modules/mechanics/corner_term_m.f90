@@ -7,6 +7,7 @@ module corner_term_m
    use model_m, only: model_t, term_t, increment_t
    use state_m, only: state_t
    use corners_m, only: add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound
+   use shares_m, only: begin_share, end_share
    use sparse_system_m, only: sparse_system_t, node_groups_t, add_block
    implicit none
    private
@@ -35,7 +36,9 @@ contains
       type(state_t), intent(inout) :: state
 
       call now_doing(work_walls)
+      call begin_share(model%corner_reach, state, state%corner_share)
       call add_corner_forces(model%corners, state%corners, state%u, state%normal)
+      call end_share(model%corner_reach, state, state%corner_share)
    end subroutine add_forces
 
    subroutine add_tangent(model, increment, state, system, outside)
@@ -84,6 +87,12 @@ contains
       end associate
       call file%keep('corners', state%corners%held, errors)
       call file%keep('corners_passed', state%corners%passed, errors)
+      if (file%writing .and. size(state%corner_share%force) == 0) return
+      if (.not. file%writing) then
+         if (.not. file%has('corner_force')) return
+         deallocate (state%corner_share%force)
+      end if
+      call file%keep('corner_force', state%corner_share%force, errors)
    end subroutine keep
 
 end module corner_term_m

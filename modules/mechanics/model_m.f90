@@ -29,7 +29,7 @@ module model_m
    use loads_m, only: loads_t, init_loads, start_stage, start_absorbing
    use motion_m, only: undisturbed_blocks
    use state_m, only: state_t
-   use solver_choice_m, only: solver_explicit, solver_relaxation
+   use solver_choice_m, only: solver_explicit, solver_implicit, solver_relaxation
    implicit none
    private
 
@@ -110,6 +110,8 @@ module model_m
       type(contact_t) :: contact
       !> Nodes that contact can push: all of the triangles with a node on a surface
       integer, allocatable :: touching(:)
+      !> Nodes that corners can push, and that surfaces can where there are walls too, for the energy account (shares_m)
+      integer, allocatable :: corner_reach(:), surface_reach(:)
       !> Blocks of nodes that nothing but the rock acts on (motion_m)
       logical, allocatable :: undisturbed(:)
       type(loads_t) :: loads
@@ -133,7 +135,7 @@ module model_m
    end type model_t
 
    public :: begin_stage, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
-             start_contact, first_friction, material_of, holds_fluid
+             corner_reach_of, surface_reach_of, start_contact, first_friction, material_of, holds_fluid
 
    abstract interface
       pure logical function term_is_there(model)
@@ -382,6 +384,27 @@ contains
       end do
       touching = pack([(n, n=1, size(touches))], touches)
    end function touching_nodes
+
+   !> Nodes of corners, each once.
+   function corner_reach_of(model) result(reach)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: reach(:)
+      logical :: reached(size(model%split%x, 2))
+      integer :: n
+
+      reached = .false.
+      if (model%has_walls) reached(reshape(model%corners%node, [size(model%corners%node)])) = .true.
+      reach = pack([(n, n=1, size(reached))], reached)
+   end function corner_reach_of
+
+   !> Nodes that surfaces can push, where others do too.
+   function surface_reach_of(model) result(reach)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: reach(:)
+
+      reach = [integer ::]
+      if (model%has_walls .and. model%has_contact .and. model%solver /= solver_implicit) reach = model%touching
+   end function surface_reach_of
 
    !> Loads and prescribed motion of a stage; of the one that is on, anew: at the nodes of another mesh, with other forces of the
    !> state, or when fluid gets into cracks.

@@ -28,9 +28,10 @@ module recut_m
    use release_m, only: hold_back, restart_release
    use cracks_m, only: breaks_t, describe_bond, stress_across
    use model_m, only: model_t, nodes_of, walls_of, corners_of, contact_of, exposed_edges, exposed_mesh, touching_nodes, &
+                      corner_reach_of, surface_reach_of, &
                       start_contact, first_friction, begin_stage
    use solver_choice_m, only: solver_explicit
-   use state_m, only: state_t, kinetic_energy
+   use state_m, only: state_t, no_share, kinetic_energy
    implicit none
    private
 
@@ -229,6 +230,8 @@ contains
          model%has_walls = size(model%walls%joint) > 0
          model%has_potential_joints = .not. all(model%joints%wall_handled)
          model%has_contact = model%contact%possible
+         model%corner_reach = corner_reach_of(model)
+         model%surface_reach = surface_reach_of(model)
       end subroutine find_walls
 
       !> Walls and surfaces that have not felt anything yet; bonds as a checkpoint has them.
@@ -424,6 +427,8 @@ contains
       state%guess%move = state%guess%move(:, parent)
       state%normal = 0.0_wp*state%normal(:, parent)
       state%friction = 0.0_wp*state%friction(:, parent)
+      call no_share(state%corner_share)
+      call no_share(state%surface_share)
       if (size(state%damping, 2) > 0) state%damping = 0.0_wp*state%damping(:, parent)
    end subroutine follow_parents
 

@@ -19,6 +19,9 @@ module state_m
       !> Work done so far against normal contact forces (nearly all stored), against friction (with what the joints'
       !> shear springs hold), and against damping
       real(wp) :: contact = 0.0_wp, friction = 0.0_wp, damping = 0.0_wp
+      !> Of the work against contact and friction, that of corners of blocks and that of surfaces that are no walls; the rest is
+      !> that of walls (shares_m)
+      real(wp) :: corners = 0.0_wp, surfaces = 0.0_wp
       !> Work done so far on the cohesive joints: what broke, what rubs in them, what they store
       real(wp) :: fracture = 0.0_wp
       !> Taken away so far by waves that left through absorbing sides
@@ -28,8 +31,14 @@ module state_m
       !> Kinetic and strain energy the run started with
       real(wp) :: initial = 0.0_wp
    contains
+      procedure :: walls
       procedure :: residual
    end type energy_t
+
+   !> Forces of contact and friction that one term has added at the nodes it can reach (2, nodes) [N per m]
+   type, public :: share_t
+      real(wp), allocatable :: force(:, :)
+   end type share_t
 
    !> What the implicit solver goes on from, as long as the stage lasts
    type, public :: guess_t
@@ -68,6 +77,8 @@ module state_m
       real(wp), allocatable :: mass(:)
       !> Nodal forces by origin (2, nodes) [N per m]: rock, contact along the normal, friction, loads
       real(wp), allocatable :: solid(:, :), normal(:, :), friction(:, :), load(:, :)
+      !> What corners and other surfaces have of normal and friction
+      type(share_t) :: corner_share, surface_share
       !> Joint elements (joints), their opening w and aperture (joints) [mm]
       type(joint_point_t), allocatable :: joint(:)
       real(wp), allocatable :: opening(:), aperture(:)
@@ -100,7 +111,7 @@ module state_m
       type(energy_t) :: energy
    end type state_t
 
-   public :: init_state, laws_go_back, kinetic_energy
+   public :: init_state, no_share, laws_go_back, kinetic_energy
 
 contains
 
@@ -120,11 +131,18 @@ contains
       allocate (state%u(2, n), state%v(2, n), state%solid(2, n), state%normal(2, n), state%friction(2, n), &
                 state%load(2, n), state%damping(2, merge(n, 0, damped)), source=0.0_wp)
       allocate (state%guess%move(2, n), source=0.0_wp)
-      allocate (state%relief(2, 0), state%held(2, 0))
+      allocate (state%relief(2, 0), state%held(2, 0), state%corner_share%force(2, 0), state%surface_share%force(2, 0))
       allocate (state%joint(joints))
       call init_tractions(joints, state%tractions)
       allocate (state%opening(joints), state%aperture(joints), source=0.0_wp)
    end subroutine init_state
+
+   !> A term that has nothing near it adds no forces.
+   pure subroutine no_share(share)
+      type(share_t), intent(inout) :: share
+
+      if (size(share%force, 2) > 0) share%force = reshape([real(wp) ::], [2, 0])
+   end subroutine no_share
 
    !> Let joints, bonds and friction springs remember what they did in another state of the same mesh. All else stays: motion,
    !> forces, and where contact is looked for.
@@ -146,6 +164,13 @@ contains
 
       kinetic_energy = 0.5_wp*(dot_product(mass, v(1, :)**2) + dot_product(mass, v(2, :)**2))
    end function kinetic_energy
+
+   !> Work done so far against contact and friction of walls [J per m of thickness].
+   pure real(wp) function walls(self)
+      class(energy_t), intent(in) :: self
+
+      walls = self%contact + self%friction - self%corners - self%surfaces
+   end function walls
 
    !> What the account cannot explain [J per m of thickness].
    pure real(wp) function residual(self)

@@ -6,9 +6,10 @@ module surface_term_m
    use checkpoint_m, only: checkpoint_t
    use model_m, only: model_t, term_t
    use solver_choice_m, only: solver_implicit
-   use state_m, only: state_t
+   use state_m, only: state_t, no_share
    use contact_m, only: contact_energy_t
    use joint_border_m, only: couple_potential
+   use shares_m, only: begin_share, end_share
    implicit none
    private
 
@@ -35,6 +36,7 @@ contains
       type(state_t), intent(inout) :: state
       type(contact_energy_t) :: energy
       real(wp) :: normal(size(state%joint)), shear(size(state%joint))
+      logical :: meets
       integer :: e
 
       call now_doing(work_contact)
@@ -57,8 +59,15 @@ contains
          end do
          call now_doing(work_contact)
       end if
+      meets = state%contact%pairs() > 0
+      if (meets) then
+         call begin_share(model%surface_reach, state, state%surface_share)
+      else
+         call no_share(state%surface_share)
+      end if
       call model%contact%forces(model%exposed, state%u, state%v, state%surface_friction, state%contact, state%normal, &
                                 state%friction, energy)
+      if (meets) call end_share(model%surface_reach, state, state%surface_share)
    end subroutine add_forces
 
    subroutine add_stiffness_bound(model, state, bound)

@@ -14,9 +14,9 @@ module history_m
    integer, parameter, public :: column_length = 128
    !> Columns that every run has. The stage is its number in the deck; the residual is what the energy balance lacks.
    character(len=column_length), parameter, public :: run_column(*) = [character(len=column_length) :: &
-                             'time_s', 'step', 'stage', 'cycle', 'kinetic_J', 'strain_J', 'contact_J', 'friction_J', 'fracture_J', &
-                                                                       'damping_J', 'absorbed_J', &
-                                                                       'external_J', 'residual_J', 'unbalanced_ratio']
+                                'time_s', 'step', 'stage', 'cycle', 'kinetic_J', 'strain_J', 'contact_J', 'friction_J', 'walls_J', &
+                                                                       'corners_J', 'surfaces_J', 'fracture_J', 'damping_J', &
+                                                                       'absorbed_J', 'external_J', 'residual_J', 'unbalanced_ratio']
    !> Columns of each joint group G, written as G.name: means over the group weighted by length
    character(len=column_length), parameter, public :: joint_column(*) = [character(len=column_length) :: &
                        'shear_displacement_mm', 'shear_stress_MPa', 'normal_stress_MPa', 'dilation_mm', 'closure_mm', 'aperture_mm']

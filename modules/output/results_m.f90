@@ -422,8 +422,8 @@ contains
          mean(6, :) = means(state%aperture)
          allocate (row(size(run_column) + size(mean)))
          row = [state%time, real(state%step, wp), real(place%stage, wp), real(place%cycle, wp), energy%kinetic, &
-                energy%strain, energy%contact, energy%friction, energy%fracture, energy%damping, energy%absorbed, &
-                energy%external, energy%residual(), unbalanced, mean]
+                energy%strain, energy%contact, energy%friction, energy%walls(), energy%corners, energy%surfaces, &
+                energy%fracture, energy%damping, energy%absorbed, energy%external, energy%residual(), unbalanced, mean]
       end associate
 
    contains

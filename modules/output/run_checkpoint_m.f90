@@ -122,6 +122,8 @@ contains
          call file%keep('energy_strain', energy%strain, errors)
          call file%keep('energy_contact', energy%contact, errors)
          call file%keep('energy_friction', energy%friction, errors)
+         call file%keep('energy_corners', energy%corners, errors)
+         call file%keep('energy_surfaces', energy%surfaces, errors)
          call file%keep('energy_damping', energy%damping, errors)
          call file%keep('energy_fracture', energy%fracture, errors)
          call file%keep('energy_absorbed', energy%absorbed, errors)

@@ -17,7 +17,7 @@ module watchdog_m
    !> may be missing
    integer(i8), parameter, public :: patience = 200_i8
    !> Terms of the account, in the order of term_values
-   character(len=*), parameter :: term(*) = [character(len=8) :: 'kinetic', 'strain', 'contact', 'friction', 'damping', &
+   character(len=*), parameter :: term(*) = [character(len=8) :: 'kinetic', 'strain', 'walls', 'corners', 'surfaces', 'damping', &
                                                                                                            'fracture', 'absorbed']
 
    !> What to do about it
@@ -181,8 +181,8 @@ contains
       type(energy_t), intent(in) :: energy
       real(wp) :: value(size(term))
 
-      value = [energy%kinetic, energy%strain, energy%contact, energy%friction, energy%damping, energy%fracture, &
-               energy%absorbed]
+      value = [energy%kinetic, energy%strain, energy%walls(), energy%corners, energy%surfaces, energy%damping, &
+               energy%fracture, energy%absorbed]
    end function term_values
 
    !> '7.5 %'

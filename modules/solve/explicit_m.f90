@@ -20,6 +20,7 @@ module explicit_m
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use release_m, only: release_factor
    use motion_m, only: pace_t, move_nodes, unbalanced_ratio
+   use shares_m, only: speeds_of_shares, book_step
    implicit none
    private
 
@@ -230,12 +231,15 @@ contains
       real(wp), intent(in) :: motion
       type(march_t), intent(inout) :: march
       type(state_t), intent(inout) :: state
+      real(wp) :: before
 
       if (.not. model%has_contact .or. march%lag <= 0.0_wp) return
       if (.not. state%contact%impacts%any_wrong()) return
       call move(model, motion, march%lag, 0.0_wp, state)
+      before = state%energy%contact
       call state%contact%impacts%settle(state%mass, model%loads%fixed, 2.0_wp*march%lag, state%v, state%energy%contact, &
                                         state%energy%external)
+      state%energy%surfaces = state%energy%surfaces + state%energy%contact - before
       march%lag = 0.0_wp
    end subroutine settle_impacts
 
@@ -245,9 +249,12 @@ contains
       !> As in pace_t
       real(wp), intent(in) :: motion, kick, drift
       type(state_t), intent(inout) :: state
+      real(wp), allocatable :: corners(:, :), surfaces(:, :)
 
+      call speeds_of_shares(model, state, corners, surfaces)
       if (model%can_break) call account_release(0.5_wp*kick, state)
       call move_nodes(model%loads, pace_t(motion, model%local_damping, kick, drift), state, model%undisturbed)
+      call book_step(model, corners, surfaces, kick, state)
       if (model%can_break) call account_release(0.5_wp*kick, state)
    end subroutine move
 

@@ -9,6 +9,7 @@ module increment_m
    use model_m, only: model_t, increment_t
    use state_m, only: state_t, laws_go_back
    use forces_m, only: find_forces, find_energies
+   use shares_m, only: book_increment
    implicit none
    private
 
@@ -120,6 +121,7 @@ contains
          energy%damping = energy%damping + damping
          energy%kinetic = 0.0_wp
       end associate
+      call book_increment(model, start, state)
       call find_energies(model, state)
    end subroutine account_increment
 
