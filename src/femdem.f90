@@ -31,6 +31,7 @@ program femdem
    use recut_m, only: recut
    use excavation_m, only: find_excavation, say_excavation, end_relief
    use held_m, only: hold_absorbing_sides
+   use corners_m, only: note_depths
    use plan_m, only: say_plan
    use stable_step_m, only: check_given_step
    use effort_m, only: check_effort
@@ -185,6 +186,7 @@ contains
       type(breaks_t) :: breaks
 
       if (stage > done%stage) call end_relief(state)
+      if (stage > done%stage) call note_depths(model%corners, state%u, state%corners)
       call begin_stage(model, stage, state)
       if (stage > done%stage .and. any(deck%boundary%absorbing)) then
          call hold_absorbing_sides(model, stage, state)

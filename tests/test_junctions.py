@@ -10,6 +10,7 @@ import pytest
 from shapely.geometry import Point, Polygon
 
 import junctions
+from femdem.results import History
 from scene import TOP
 
 MAP = TOP / "input" / "network" / "two_sets.csv"
@@ -212,6 +213,21 @@ def test_no_jump_at_sixty_degrees(law, slip, kind, folder):
     off = junctions.jump(kind, folder, slip, SIZE, law=law)
     print(kind, law, slip, off)
     assert max(off.values()) <= NO_JUMP
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("solver", ["implicit", "relaxation"])
+@pytest.mark.parametrize("angle", [60, 75])
+def test_a_drive_cut_into_more_steps(angle, solver, folder):
+    """Which corners hold does not depend on how little the first increment drives them (half the slip, 1.4 times the stress once)."""
+    found = []
+    for cycles in (20, 320):
+        scene = junctions.large_slip("X", angle, 0.1, 0.1, cycles=cycles)
+        junctions.run(scene, junctions.VARIANTS["drawn"], folder, solver, law="coulomb")
+        history = History(folder / "results" / "history.csv")
+        names = ("strain_J", "frac.shear_displacement_mm", "frac.shear_stress_MPa", "frac.normal_stress_MPa")
+        found.append([history[name][-1] for name in names])
+    assert found[1] == pytest.approx(found[0], rel=5e-3)
 
 
 @pytest.mark.fast

@@ -12,7 +12,8 @@
 !>
 !> P may leave Q sideways, behind either side; which of two rigid points gives way is not determined by their shape. Here the
 !> fracture that slips more at the crossing goes through and the lesser depth b is held, by the energy K/2 (b - b0)^2; of two
-!> alike both are. This is decided at rest (decide_corners), and remembered until P has come out of Q. b0 is first b at that
+!> alike both are. Less and more are of what has slipped in the stage: what an earlier one has left may be more than a drive has
+!> moved by its first increment. This is decided at rest (decide_corners), and remembered until P has come out of Q. b0 is first b at that
 !> rest, which no choice disturbs; from there it falls to a quarter at a time as far as there is rest. While nothing is decided the
 !> corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is convex: a
 !> force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that is
@@ -31,6 +32,8 @@ module corners_m
       integer, allocatable :: held(:)
       !> Depth at which each side holds (2, pairs) [m]: the corner had come so far when it was free
       real(wp), allocatable :: passed(:, :)
+      !> Depths behind both sides when the stage began (2, pairs) [m]
+      real(wp), allocatable :: depth(:, :)
       !> Is the closure between the corners kept as it is, and what is it then (2, pairs) [m]? See keep_closure
       logical :: closure_kept = .false.
       real(wp), allocatable :: closure(:, :)
@@ -44,15 +47,20 @@ module corners_m
    !> Depths below this part of the reach are none; depths that differ by less than this part are alike
    real(wp), parameter :: least_depth = 1.0e-4_wp, alike = 0.02_wp
 
+   !> Of two sides that hold one lets go when its force is so many times the other's
+   real(wp), parameter :: clearly = 4.0_wp
+   !> What P has moved by in the stage counts when it is more than this part of its depths
+   real(wp), parameter :: least_move = 1.0e-3_wp
+
    !> Depth that counts, over the largest slip at a crossing and over the reach
    real(wp), parameter :: slip_passed = 5.0e-3_wp, reach_passed = 5.0e-4_wp
    !> Part that b0 falls to at a time
    real(wp), parameter, public :: press_back = 0.25_wp
-   !> Times in an increment
-   integer, parameter, public :: most_pressed = 6
+   !> Times in an increment; times that sides are chosen anew in one
+   integer, parameter, public :: most_pressed = 6, most_chosen = 3
 
-   public :: init_choices, free_choices, any_chosen, decide_corners, press_further, any_passed, any_held, keep_choices, &
-             keep_closure, add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
+   public :: init_choices, free_choices, any_chosen, note_depths, decide_corners, press_further, any_passed, any_held, &
+             keep_choices, keep_closure, add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
 
 contains
 
@@ -62,7 +70,8 @@ contains
       type(corner_choices_t), intent(out) :: choices
 
       choices%held = merge(both, free, corners%wide)
-      allocate (choices%passed(2, size(corners%wide)), choices%closure(2, size(corners%wide)), source=0.0_wp)
+      allocate (choices%passed(2, size(corners%wide)), choices%depth(2, size(corners%wide)), &
+                choices%closure(2, size(corners%wide)), source=0.0_wp)
    end subroutine init_choices
 
    !> Way that corner P of a pair has slid into corner Q: slips and openings of the arms between them, without closure [m].
@@ -219,36 +228,74 @@ contains
       if (d > 0.0_wp .and. d < 1.0_wp) curvature = 12.0_wp*d**2 - 4.0_wp
    end subroutine let_go
 
+   !> A stage begins: how far P is in Q.
+   pure subroutine note_depths(corners, u, choices)
+      type(corners_t), intent(in) :: corners
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      type(corner_choices_t), intent(inout) :: choices
+      integer :: p
+
+      do p = 1, size(corners%stiffness)
+         choices%depth(:, p) = matmul(way(corners, p, u), corners%inward(:, :, p))
+      end do
+   end subroutine note_depths
+
    !> At rest: hold the corners that have come into each other, where they are, and let those go that have come out. What is at
-   !> rest stays so.
-   pure subroutine decide_corners(corners, u, choices, changed)
+   !> rest stays so, unless a side that turned out to be the wrong one lets go.
+   pure subroutine decide_corners(corners, u, choices, changed, let_go)
       type(corners_t), intent(in) :: corners
       !> Displacement (2, nodes) [m]
       real(wp), contiguous, intent(in) :: u(:, :)
       type(corner_choices_t), intent(inout) :: choices
       !> Has any choice changed?
       logical, intent(out) :: changed
-      real(wp) :: depth(2)
+      !> Has a side let go that pressed? Where it is not asked for none does
+      logical, intent(out), optional :: let_go
+      real(wp) :: depth(2), came(2)
       integer :: p, held
 
       changed = .false.
+      if (present(let_go)) let_go = .false.
       do p = 1, size(corners%stiffness)
          if (corners%wide(p)) cycle
          depth = matmul(way(corners, p, u), corners%inward(:, :, p))
+         came = depth - choices%depth(:, p)
          held = choices%held(p)
          if (held /= free) then
+            if (present(let_go)) held = side_that_stays(corners, choices, p, depth)
+            if (present(let_go)) let_go = let_go .or. held /= choices%held(p)
             if (minval(depth) < -least_depth*corners%reach(p) .or. maxval(depth) >= corners%reach(p)) held = free
          else if (minval(depth) > least_depth*corners%reach(p) .and. maxval(depth) < corners%reach(p)) then
-            held = minloc(depth, dim=1)
-            if (maxval(depth) - minval(depth) <= alike*maxval(depth)) held = both
+            if (maxval(abs(came)) < least_move*maxval(depth)) came = depth
+            held = minloc(came, dim=1)
+            if (maxval(came) - minval(came) <= alike*maxval(abs(came))) held = both
          end if
          choices%passed(:, p) = max(0.0_wp, min(choices%passed(:, p), depth))
          if (held == choices%held(p)) cycle
          changed = .true.
+         ! A side that stays goes on with its force
+         if (choices%held(p) /= both .or. held == free) choices%passed(:, p) = max(0.0_wp, depth)
          choices%held(p) = held
-         choices%passed(:, p) = max(0.0_wp, depth)
       end do
    end subroutine decide_corners
+
+   !> Of two sides that hold, the one to go on with when the force on the other has become far larger: P has been driven behind that
+   !> one since they were chosen.
+   pure integer function side_that_stays(corners, choices, p, depth) result(held)
+      type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
+      integer, intent(in) :: p
+      !> Behind both sides [m]
+      real(wp), intent(in) :: depth(2)
+      real(wp) :: driven(2)
+
+      held = choices%held(p)
+      if (held /= both) return
+      driven = max(depth - choices%passed(:, p), least_depth*corners%reach(p)/corners%factor)
+      if (driven(1) > clearly*driven(2)) held = 2
+      if (driven(2) > clearly*driven(1)) held = 1
+   end function side_that_stays
 
    !> Choices go on after cuts of the mesh: those of the pair whose nodes were the same.
    pure subroutine keep_choices(before, chosen, parent, corners, choices)
@@ -266,6 +313,7 @@ contains
             if (any(before%node(:, old) /= parent(corners%node(:, p))) .or. corners%wide(p)) cycle
             choices%held(p) = chosen%held(old)
             choices%passed(:, p) = chosen%passed(:, old)
+            choices%depth(:, p) = chosen%depth(:, old)
          end do
       end do
    end subroutine keep_choices

@@ -21,6 +21,8 @@ module crossings_m
       logical, allocatable :: wide(:)
       !> Stiffness [N/m per m of thickness]; distance beyond which the corner lets go [m] (pairs)
       real(wp), allocatable :: stiffness(:), reach(:)
+      !> Stiffness over Young's modulus
+      real(wp) :: factor = 1.0_wp
       !> Legs of the ways from Q to P: those of pair p are first(p) to first(p + 1) - 1
       integer, allocatable :: first(:)
       !> Nodes of the blocks before and behind the arm that a leg crosses (2, legs); unit vector along the arm, unit vector
@@ -65,6 +67,7 @@ contains
       allocate (corners%node(2, 0), corners%inward(2, 2, 0), corners%wide(0), corners%stiffness(0), corners%reach(0), &
                 corners%across(2, 0), corners%along(2, 0), corners%normal(2, 0), corners%share(0))
       corners%first = [1]
+      corners%factor = factor
       allocate (wall(2, size(touching)), source=0)
       do e = 1, size(split%surface, 2)
          if (split%surface_joint(e) > 0) wall(merge(2, 1, split%surface_side(e) > 0), split%surface_joint(e)) = e

@@ -87,6 +87,7 @@ contains
       end associate
       call file%keep('corners', state%corners%held, errors)
       call file%keep('corners_passed', state%corners%passed, errors)
+      call file%keep('corners_depth', state%corners%depth, errors)
       if (file%writing .and. size(state%corner_share%force) == 0) return
       if (.not. file%writing) then
          if (.not. file%has('corner_force')) return

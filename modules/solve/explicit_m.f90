@@ -137,7 +137,7 @@ contains
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
       real(wp) :: fraction, level, motion, part
-      logical :: searched, broken, changed, by_loads
+      logical :: searched, broken, changed, let_go, by_loads
 
       if (march%duration <= 0.0_wp) return
       ! What is driven at a given speed has that much kinetic energy, however slowly it goes
@@ -197,7 +197,7 @@ contains
          if (size(model%corners%stiffness) > 0) then
             changed = .false.
             if (march%steps_left == 0_i8 .or. unbalanced_ratio(model%loads, state) <= calm) then
-               call decide_corners(model%corners, state%u, state%corners, changed)
+               call decide_corners(model%corners, state%u, state%corners, changed, let_go)
                call press_further(state%corners)
             end if
             if (changed .and. march%steps_left > 0_i8) call fit_step()

@@ -11,7 +11,7 @@ module relaxation_m
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
    use model_m, only: model_t
-   use corners_m, only: decide_corners, press_further, any_passed, any_held, keep_closure, most_pressed
+   use corners_m, only: decide_corners, press_further, any_passed, any_held, keep_closure, most_pressed, most_chosen
    use state_m, only: state_t
    use joints_m, only: have_stiffened
    use loads_m, only: smooth_ramp
@@ -129,11 +129,12 @@ contains
       type(error_list_t), intent(inout) :: errors
       real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part, unbalanced, since_kept
       type(state_t) :: rest
-      integer :: step, ramp, pressed, pressed_at
-      logical :: searched, loose, changed
+      integer :: step, ramp, pressed, pressed_at, chosen
+      logical :: searched, loose, changed, let_go
 
       pressed = 0
       pressed_at = 0
+      chosen = 0
       call find_masses(model, .true., state, mass)
       call keep_closure(model%corners, state%u, state%corners)
       since_kept = 1.0_wp
@@ -159,7 +160,18 @@ contains
                since_kept = unbalanced
             end if
             if (unbalanced <= model%rest_tolerance()) then
-               if (pressed == 0) call decide_corners(model%corners, state%u, state%corners, changed)
+               let_go = .false.
+               if (pressed == 0 .and. chosen < most_chosen) then
+                  call decide_corners(model%corners, state%u, state%corners, changed, let_go)
+               else if (pressed == 0) then
+                  call decide_corners(model%corners, state%u, state%corners, changed)
+               end if
+               if (let_go) then
+                  chosen = chosen + 1
+                  since_kept = 1.0_wp
+                  call find_masses(model, .false., state, mass)
+                  cycle
+               end if
                if (pressed == most_pressed .or. .not. any_passed(model%corners, state%corners, state%u)) then
                   call account_increment(model, increment%start, state)
                   return
