@@ -30,6 +30,8 @@ module explicit_m
    integer, parameter :: steps_between_looks = 100
    !> Unbalanced force ratio below which the rock is calm enough to see which corners hold
    real(wp), parameter :: calm = 0.05_wp
+   !> Steps in which corners are pressed back to 1/e: many periods of a node on a corner, so that the rock follows without swinging
+   real(wp), parameter :: steps_to_press = 300.0_wp
    !> Kinetic energy that only an unstable motion has [J per m]; its square is still a number
    real(wp), parameter :: absurd_energy = 1.0e100_wp
 
@@ -67,6 +69,8 @@ module explicit_m
       !> Steps to come, and since the last look at equilibrium and at the clock
       integer(i8) :: steps_left = 0_i8
       integer :: since_look = 0
+      !> Was the rock calm then, so that corners are pressed back?
+      logical :: presses = .false.
    end type march_t
 
 contains
@@ -137,7 +141,7 @@ contains
       type(cycle_report_t), intent(inout) :: report
       type(error_list_t), intent(inout) :: errors
       real(wp) :: fraction, level, motion, part
-      logical :: searched, broken, changed, let_go, by_loads
+      logical :: searched, broken, changed, let_go, calm_now, by_loads
 
       if (march%duration <= 0.0_wp) return
       ! What is driven at a given speed has that much kinetic energy, however slowly it goes
@@ -161,6 +165,7 @@ contains
             call settle_impacts(model, motion, march, state)
             call move(model, motion, march%lag + 0.5_wp*march%dt, march%dt, state)
             call now_doing(work_other)
+            if (march%presses) call press_further(state%corners, 1.0_wp - 1.0_wp/steps_to_press)
             march%lag = 0.5_wp*march%dt
             march%elapsed = march%elapsed + march%dt
             state%time = state%time + march%dt
@@ -196,10 +201,11 @@ contains
          call progress%tick(log, fraction_done(model, stage, cycle, march%moving, march%elapsed/march%duration))
          if (size(model%corners%stiffness) > 0) then
             changed = .false.
-            if (march%steps_left == 0_i8 .or. unbalanced_ratio(model%loads, state) <= calm) then
+            calm_now = unbalanced_ratio(model%loads, state) <= calm
+            if (march%steps_left == 0_i8 .or. calm_now) then
                call decide_corners(model%corners, state%u, state%corners, changed, let_go)
-               call press_further(state%corners)
             end if
+            march%presses = march%steps_left == 0_i8 .or. calm_now
             if (changed .and. march%steps_left > 0_i8) call fit_step()
          end if
          if (.not. march%moving .and. model%until_balanced(stage)) then
