@@ -13,13 +13,13 @@
 !> P may leave Q sideways, behind either side; which of two rigid points gives way is not determined by their shape. Here the
 !> fracture that slips more at the crossing goes through and the lesser depth b is held, by the energy K/2 (b - b0)^2; of two
 !> alike both are. Less and more are of what has slipped in the stage: what an earlier one has left may be more than a drive has
-!> moved by its first increment. This is decided at rest (decide_corners), and remembered until P has come out of Q. b0 is
-!> first b at that rest, which no choice disturbs; from there it falls to a quarter at a time as far as there is rest. While
-!> nothing is decided the corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is convex: a
-!> force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that is
-!> none. All is of second degree: slip is proportional to load. K is of the order of the stiffness of the rock at a node,
-!> whatever the size of the elements. Beyond half an element walls face each other (wall_contact_m) and the corner
-!> lets go. Directions are those before any motion.
+!> moved by its first increment. This is decided at rest (decide_corners), and remembered until P has come out of Q. b0 is first
+!> b at that rest, which no choice disturbs; from there it falls to a quarter at a time as far as there is rest. While nothing
+!> is decided the corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is
+!> convex: a force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that
+!> is none. All is of second degree: slip is proportional to load. K is of the order of the stiffness of the rock at a node,
+!> whatever the size of the elements. Beyond half an element walls face each other (wall_contact_m) and the corner lets go.
+!> Directions are those before any motion.
 module corners_m
    use kinds_m, only: wp
    use crossings_m, only: corners_t
