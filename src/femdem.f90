@@ -37,7 +37,8 @@ program femdem
    use effort_m, only: check_effort
    use explicit_m, only: cycle_report_t, start_account
    use cycle_m, only: run_cycle, solvers_t
-   use results_m, only: results_t, results_directory, check_directory
+   use results_directory_m, only: results_directory, check_directory
+   use results_m, only: results_t
    use checkpoint_m, only: checkpoint_t
    use run_checkpoint_m, only: place_t, open_run, load_run
    use watchdog_m, only: watchdog_t, patience

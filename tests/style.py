@@ -43,7 +43,7 @@ LAYER_HEIGHT = {
 CONVERTS = {
     "modules/mechanics/joint_border_m.f90": "between the rock and the laws of joints",
     "modules/joint": "the laws, for what the deck gives them in SI units",
-    "modules/flow/flow_model_m.f90": "apertures come in mm, from joints and from the deck",
+    "modules/flow/flow_domain_m.f90": "apertures come in mm, from joints and from the deck",
     "modules/flow/hydraulic_aperture_m.f90": "its source has apertures in micrometres",
     "modules/output": "tables and messages, where a name says mm or MPa",
 }

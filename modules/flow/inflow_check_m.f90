@@ -6,8 +6,8 @@ module inflow_check_m
    use edges_m, only: edge_table_t, build_edges
    use errors_m, only: error_list_t
    use flow_m, only: flow_equations_t, find_network
-   use flow_model_m, only: flow_model_t, init_flow_model, set_moment, set_lines, set_apertures, set_storage, boundary_values, &
-                           add_sources
+   use flow_domain_m, only: flow_domain_t, init_flow_domain, set_moment, set_lines, set_apertures, set_storage, boundary_values, &
+                            add_sources
    use mesh_m, only: mesh_t, find_group, a_curve
    implicit none
    private
@@ -22,7 +22,7 @@ contains
       type(deck_t), intent(in) :: deck
       type(mesh_t), intent(in) :: mesh
       type(error_list_t), intent(inout) :: errors
-      type(flow_model_t) :: model
+      type(flow_domain_t) :: model
       type(flow_equations_t) :: equations
       integer, allocatable :: line(:, :), group(:), owner(:)
       logical, allocatable :: fixed(:)
@@ -31,7 +31,7 @@ contains
 
       if (all(is_set(deck%flow_boundary%pressure))) return
       call possible_lines(deck, mesh, line, group)
-      call init_flow_model(deck, mesh, model)
+      call init_flow_domain(deck, mesh, model)
       call set_lines(model, mesh, line, group, [(0, i=1, size(group))])
       nothing = [(0.0_wp, i=1, size(group))]
       call set_apertures(model, 1.0_wp + nothing, nothing, nothing, nothing >= 0.0_wp)

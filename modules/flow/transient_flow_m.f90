@@ -3,7 +3,7 @@ module transient_flow_m
    use kinds_m, only: wp
    use errors_m, only: error_list_t
    use flow_m, only: flow_equations_t, init_flow, solve_flow
-   use flow_model_m, only: flow_model_t, boundary_flow_t, boundary_values, add_sources, finish_flow
+   use flow_domain_m, only: flow_domain_t, boundary_flow_t, boundary_values, add_sources, finish_flow
    use sparse_lu_m, only: linear_ok
    use text_m, only: to_text
    implicit none
@@ -38,7 +38,7 @@ contains
 
    !> Before anything flows.
    subroutine start_transient(model, transient)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       type(transient_flow_t), intent(out) :: transient
 
       call boundary_values(model, transient%fixed, transient%prescribed, transient%owner)
@@ -49,7 +49,7 @@ contains
 
    !> Go on to a time.
    subroutine advance(model, until, transient, flow, errors)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       !> Time [s]
       real(wp), intent(in) :: until
       type(transient_flow_t), intent(inout) :: transient
@@ -97,7 +97,7 @@ contains
 
    !> One step of implicit Euler from the pressure now.
    subroutine one_step(model, step, transient, flow, errors)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       real(wp), intent(in) :: step
       type(transient_flow_t), intent(inout) :: transient
       type(boundary_flow_t), intent(inout) :: flow

@@ -11,7 +11,7 @@ module cracks_m
    use emission_m, only: crack_moment
    use edges_m, only: next_corner
    use model_m, only: model_t
-   use solid_m, only: solid_stress
+   use solid_stress_m, only: solid_stress
    use state_m, only: state_t
    implicit none
    private

@@ -15,7 +15,8 @@ module joint_border_m
    use jcm_m, only: aperture
    use riding_m, only: ride, closure_pressure, closure_under, pressure_stiffness
    use in_situ_m, only: resolve, close_joint
-   use solid_m, only: solid_t, solid_stress
+   use solid_m, only: solid_t
+   use solid_stress_m, only: solid_stress
    use joints_m, only: joints_t, tractions_t, make_room
    use wall_layout_m, only: wall_contact_t
    use wall_contact_m, only: wall_meeting_t, points_of_joints, wall_slip_rate

@@ -14,7 +14,8 @@ module model_m
    use edges_m, only: edge_table_t
    use split_m, only: cut_t
    use topology_m, only: topology_t
-   use solid_m, only: solid_t, lumped_mass, solid_stiffness_bound, solid_damping_bound, wave_impedance
+   use solid_m, only: solid_t, lumped_mass, wave_impedance
+   use solid_bound_m, only: solid_stiffness_bound, solid_damping_bound
    use joints_m, only: joints_t
    use joint_border_m, only: largest_closure
    use bonds_m, only: bond_damage, bonds_t

@@ -22,7 +22,8 @@ module recut_m
    use crossings_m, only: corners_t
    use corners_m, only: corner_choices_t, keep_choices
    use contact_m, only: contact_t, contact_state_t
-   use solid_m, only: solid_stress, strain_energy, renumber, take_out
+   use solid_m, only: renumber, take_out
+   use solid_stress_m, only: solid_stress, strain_energy
    use forces_m, only: find_forces, forces_now, total_force
    use motion_m, only: undisturbed_blocks
    use release_m, only: hold_back, restart_release

@@ -7,7 +7,8 @@ module rock_term_m
    use field_list_m, only: field_list_t, on_triangles
    use model_m, only: model_t, term_t, increment_t
    use state_m, only: state_t
-   use solid_m, only: solid_forces, solid_stress, strain_energy
+   use solid_forces_m, only: solid_forces
+   use solid_stress_m, only: solid_stress, strain_energy
    use solid_tangent_m, only: triangle_tangent
    use sparse_system_m, only: sparse_system_t, node_groups_t
    implicit none

@@ -4,7 +4,7 @@ module viscosity_term_m
    use stopwatch_m, only: now_doing, work_rock
    use model_m, only: model_t, term_t, increment_t
    use state_m, only: state_t
-   use solid_m, only: viscous_forces
+   use solid_forces_m, only: viscous_forces
    use sparse_system_m, only: sparse_system_t, gather
    implicit none
    private

@@ -10,7 +10,7 @@ module flow_after_m
    use flow_alone_m, only: as_network
    use flow_check_m, only: has_flow, is_flow_alone
    use fluid_coupling_m, only: mobilised_roughness
-   use flow_model_m, only: set_moment
+   use flow_domain_m, only: set_moment
    use flow_results_m, only: flow_results_t, flow_moment_t
    use hdf5_m, only: h5_file_t, h5_name_length
    use log_m, only: log_t

@@ -9,7 +9,7 @@ module flow_alone_m
    use flow_check_m, only: check_flow_groups
    use flow_m, only: no_pressure
    use inflow_check_m, only: check_inflows
-   use flow_model_m, only: outer_edges
+   use flow_domain_m, only: outer_edges
    use flow_results_m, only: flow_results_t, flow_moment_t
    use log_m, only: log_t
    use mesh_check_m, only: check_mesh

@@ -4,11 +4,11 @@ module flow_of_run_m
    use units_m, only: megapascal
    use errors_m, only: error_list_t
    use fluid_coupling_m, only: conducting_lines, mobilised_roughness
-   use flow_model_m, only: set_moment
+   use flow_domain_m, only: set_moment
    use flow_results_m, only: flow_results_t, flow_moment_t
    use run_checkpoint_m, only: place_t
    use model_m, only: model_t
-   use solid_m, only: solid_stress
+   use solid_stress_m, only: solid_stress
    use state_m, only: state_t
    implicit none
    private

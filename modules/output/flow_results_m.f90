@@ -7,8 +7,8 @@ module flow_results_m
    use field_list_m, only: field_list_t, on_nodes, on_triangles, on_joints
    use flow_check_m, only: has_flow, is_flow_alone
    use flow_m, only: no_pressure
-   use flow_model_m, only: flow_model_t, boundary_flow_t, init_flow_model, set_lines, set_apertures, set_storage, &
-                           solve_boundary_flow, known_flow, solve_permeability
+   use flow_domain_m, only: flow_domain_t, boundary_flow_t, init_flow_domain, set_lines, set_apertures, set_storage, &
+                            solve_boundary_flow, known_flow, solve_permeability
    use history_m, only: history_t, column_length
    use mesh_m, only: mesh_t
    use permeability_m, only: permeability_t
@@ -38,7 +38,7 @@ module flow_results_m
    !> The open results
    type, public :: flow_results_t
       logical :: active = .false.
-      type(flow_model_t) :: model
+      type(flow_domain_t) :: model
       type(mesh_t) :: mesh
       type(history_t) :: permeability, flow
       !> The last solution for the boundary conditions
@@ -72,7 +72,7 @@ contains
       self%active = has_flow(deck)
       if (.not. self%active) return
       self%mesh = mesh
-      call init_flow_model(deck, mesh, self%model)
+      call init_flow_domain(deck, mesh, self%model)
       if (deck%flow%permeability) call start(self%permeability, 'permeability.csv', [common, of_permeability])
       if (has_pressure(deck)) call start(self%flow, 'flow.csv', flow_columns(deck))
 
@@ -116,7 +116,7 @@ contains
    !> Take lines and apertures over, and solve for the boundary conditions.
    subroutine take(self, line, group, block_edge, aperture_mm, mobilisation, jrc_mobilised, filled, errors, fluid)
       class(flow_results_t), intent(inout) :: self
-      !> As set_lines and set_apertures of flow_model_m have them
+      !> As set_lines and set_apertures of flow_domain_m have them
       integer, intent(in) :: line(:, :), group(:), block_edge(:)
       real(wp), intent(in) :: aperture_mm(:), mobilisation(:), jrc_mobilised(:)
       logical, intent(in) :: filled(:)
@@ -183,7 +183,7 @@ contains
 
    !> Mean over the length of all lines that may conduct, and largest, hydraulic aperture [m].
    pure function aperture_statistics(model) result(statistics)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       real(wp) :: statistics(2)
       real(wp) :: length, total
       integer :: i

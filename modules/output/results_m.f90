@@ -2,19 +2,19 @@
 module results_m
    use kinds_m, only: wp, i8
    use errors_m, only: error_list_t
-   use files_m, only: read_text, file_exists, real_path, relative_path, replace_file
-   use deck_m, only: deck_t, write_deck, deck_path, written_by_program
+   use files_m, only: file_exists
+   use deck_m, only: deck_t
    use deck_record_m, only: deck_record_t, read_record
    use model_m, only: model_t
    use sparse_system_m, only: kept_matrix_t
    use implicit_m, only: implicit_solver_t
    use state_m, only: state_t
-   use joints_m, only: joints_t
-   use history_m, only: history_t, history_columns, group_means, run_column, joint_column, column_length
+   use history_m, only: history_t, history_columns, column_length
    use fields_m, only: fields_t
-   use field_list_m, only: field_list_t, on_nodes, on_joints
+   use field_list_m, only: field_list_t, on_nodes
    use crack_results_m, only: write_cracks, append_cracks
-   use joint_law_m, only: law_result_t
+   use results_directory_m, only: effective_deck
+   use result_values_m, only: history_row, joint_constants, length_there
    use edge_results_m, only: edge_sums, write_edges
    use provenance_m, only: provenance_t, provenance_of
    use flow_of_run_m, only: open_run_flow, write_run_flow, take_run_flow
@@ -61,39 +61,7 @@ module results_m
       procedure :: close => close_results
    end type results_t
 
-   public :: results_directory, check_directory
-
 contains
-
-   !> Directory of the results: as asked for on the command line, else the deck's, relative to the deck.
-   pure function results_directory(deck, asked) result(directory)
-      type(deck_t), intent(in) :: deck
-      !> From the command line; empty when not given
-      character(len=*), intent(in) :: asked
-      character(len=:), allocatable :: directory
-
-      if (asked /= '') then
-         directory = trim(asked)
-      else if (deck%output%directory(1:1) == '/') then
-         directory = trim(deck%output%directory)
-      else
-         directory = deck%directory//trim(deck%output%directory)
-      end if
-   end function results_directory
-
-   !> The effective deck must not replace a deck that somebody has written.
-   subroutine check_directory(directory, errors)
-      character(len=*), intent(in) :: directory
-      type(error_list_t), intent(inout) :: errors
-      character(len=:), allocatable :: text
-      integer :: status
-
-      if (.not. file_exists(directory//'/deck.nml')) return
-      call read_text(directory//'/deck.nml', text, status)
-      if (index(text, written_by_program) == 1) return
-      call errors%add(directory//'/deck.nml is no deck that the program has written, and the results would replace it; must be '// &
-                      'another directory (--output, or directory of &output), or rename that deck')
-   end subroutine check_directory
 
    !> Create the directory and its files; with a restart, go on with those that are there.
    subroutine open_results(self, directory, model, state, command, restarted, place, notes, errors)
@@ -189,36 +157,6 @@ contains
       call append_cracks(self%directory//'cracks.csv', state%bonds%event(self%cracks + 1:), model%deck%stage%name, errors)
       self%cracks = size(state%bonds%event)
    end subroutine note_cracks_in_table
-
-   !> Write the complete deck, defaults and all, and give its text. Its paths are those from where it is, so that it can be run.
-   subroutine effective_deck(path, deck, text, errors)
-      character(len=*), intent(in) :: path
-      type(deck_t), intent(in) :: deck
-      character(len=:), allocatable, intent(out) :: text
-      type(error_list_t), intent(inout) :: errors
-      type(deck_t) :: here
-      character(len=:), allocatable :: mesh, directory
-      character(len=256) :: message
-      integer :: unit, status, closed
-
-      text = ''
-      here = deck
-      mesh = real_path(deck_path(deck, deck%run%mesh))
-      directory = real_path(path(:index(path, '/', back=.true.)))
-      if (mesh /= '' .and. directory /= '') here%run%mesh = relative_path(mesh, directory)
-      here%output%directory = '.'
-      open (newunit=unit, file=path//'.part', action='write', status='replace', iostat=status, iomsg=message)
-      if (status /= 0) then
-         call errors%add(path//' cannot be written: '//trim(message))
-         return
-      end if
-      call write_deck(here, unit, status)
-      close (unit, iostat=closed)
-      if (status == 0) status = closed
-      if (status == 0) call replace_file(path//'.part', path, status)
-      if (status /= 0) call errors%add(path//' cannot be written (disk full?)')
-      if (status == 0) call read_text(path, text, status)
-   end subroutine effective_deck
 
    !> What a finished cycle leaves behind, as often as the deck asks for it.
    subroutine record(self, model, state, solver, place, unbalanced, stage_is_over, run_is_over, errors)
@@ -343,7 +281,7 @@ contains
       real(wp), intent(in) :: unbalanced
       type(error_list_t), intent(inout) :: errors
 
-      call self%history%write_row(row(model, state, place, unbalanced), errors)
+      call self%history%write_row(history_row(model, state, place, unbalanced), errors)
       call write_run_flow(self%flow, model, state, place, errors)
    end subroutine write_rows
 
@@ -372,14 +310,6 @@ contains
                                                        length_there(model%joints), slip, aperture), model%split%group, errors)
    end subroutine write_edge_table
 
-   !> Length of each joint element, 0 where the rock beside it was taken out (joints) [m].
-   pure function length_there(joints) result(length)
-      type(joints_t), intent(in) :: joints
-      real(wp) :: length(size(joints%length))
-
-      length = merge(0.0_wp, joints%length, joints%gone)
-   end function length_there
-
    !> A cycle that found no rest: the state it ended with in history, fields and block edges, and what slipped after the last
    !> rest in collapse.csv. The checkpoint stays that of a completed cycle.
    subroutine record_failure(self, model, state, place, unbalanced, moved, errors)
@@ -399,94 +329,6 @@ contains
       call note_cracks_in_table(self, model, state, errors)
       call write_snapshot(self, model, state, place, errors)
    end subroutine record_failure
-
-   !> One row of the history, in the order of history_columns.
-   pure function row(model, state, place, unbalanced)
-      type(model_t), intent(in) :: model
-      type(state_t), intent(in) :: state
-      type(place_t), intent(in) :: place
-      real(wp), intent(in) :: unbalanced
-      real(wp), allocatable :: row(:)
-      real(wp), allocatable :: mean(:, :)
-      real(wp) :: length(size(model%joints%length))
-
-      length = length_there(model%joints)
-      allocate (mean(size(joint_column), size(model%deck%joint)))
-      associate (energy => state%energy, joint => state%joint)
-         mean(1, :) = means(joint%u)
-         ! Stresses are those on what is covered: so the means are force over length
-         mean(2, :) = means(joint%tau*state%tractions%covered)
-         mean(3, :) = means(joint%sn*state%tractions%covered)
-         mean(4, :) = means(joint%dilation)
-         mean(5, :) = means(joint%vn)
-         mean(6, :) = means(state%aperture)
-         allocate (row(size(run_column) + size(mean)))
-         row = [state%time, real(state%step, wp), real(place%stage, wp), real(place%cycle, wp), energy%kinetic, &
-                energy%strain, energy%contact, energy%friction, energy%walls(), energy%corners, energy%surfaces, &
-                energy%fracture, energy%damping, energy%absorbed, energy%external, energy%residual(), unbalanced, mean]
-      end associate
-
-   contains
-
-      pure function means(value)
-         real(wp), intent(in) :: value(:)
-         real(wp) :: means(size(model%deck%joint))
-
-         means = group_means(size(model%deck%joint), model%joints%group, length, value)
-      end function means
-
-   end function row
-
-   !> Properties of the joints that do not change: their law at the scale of their block edge.
-   subroutine joint_constants(model, list)
-      type(model_t), intent(in) :: model
-      type(field_list_t), intent(out) :: list
-
-      type(law_result_t), allocatable :: known(:), of_law(:)
-      real(wp), allocatable :: value(:, :)
-      integer :: i, j, k
-
-      if (size(model%joints%law) == 0) return
-      known = [law_result_t('effective_length', 'm', 'length Ln of the block edge: that used in the scaling, cracks their own')]
-      do j = 1, size(model%joints%law)
-         of_law = model%joints%law(j)%raw%results()
-         do i = 1, size(of_law)
-            if (.not. any(known%name == of_law(i)%name)) known = [known, of_law(i)]
-         end do
-      end do
-      allocate (value(size(model%joints%law), size(known)), source=0.0_wp)
-      do j = 1, size(model%joints%law)
-         value(j, 1) = model%joints%length(j)
-         associate (edge => model%topology%edge_of_joint(j))
-            if (edge > 0) value(j, 1) = model%topology%edge_length(edge)
-         end associate
-         of_law = model%joints%law(j)%raw%results()
-         do i = 1, size(of_law)
-            k = findloc(known%name, of_law(i)%name, dim=1)
-            value(j, k) = of_law(i)%value
-            if (of_law(i)%name == 'kn_MPa_mm' .and. model%joints%penalty(j) > 0.0_wp) value(j, k) = model%joints%penalty(j)
-         end do
-      end do
-      do k = 1, size(known)
-         call list%add(trim(known(k)%name), trim(known(k)%unit), trim(known(k)%description)//of_others(k), on_joints, value(:, k))
-      end do
-
-   contains
-
-      !> What joints have whose law does not know a value.
-      function of_others(k) result(note)
-         integer, intent(in) :: k
-         character(len=:), allocatable :: note
-         integer :: i
-
-         note = ''
-         do i = 1, size(model%joints%law)
-            of_law = model%joints%law(i)%raw%results()
-            if (k > 1 .and. .not. any(of_law%name == known(k)%name)) note = '; 0 on joints of other laws'
-         end do
-      end function of_others
-
-   end subroutine joint_constants
 
    !> One snapshot of all fields. A new field is one more line.
    subroutine write_fields(self, model, state, place, errors)

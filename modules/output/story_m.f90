@@ -17,7 +17,7 @@ module story_m
    use state_m, only: state_t
    use explicit_m, only: cycle_report_t
    use forces_m, only: find_forces, net_force
-   use solid_m, only: in_situ_scale, turned_over
+   use solid_stress_m, only: in_situ_scale, turned_over
    implicit none
    private
 

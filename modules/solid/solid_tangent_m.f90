@@ -6,7 +6,8 @@
 !> stress adds grad N_i.S0 grad N_j to the diagonal of each pair of corners.
 module solid_tangent_m
    use kinds_m, only: wp
-   use solid_m, only: solid_t, decompose
+   use solid_m, only: solid_t
+   use solid_forces_m, only: decompose
    implicit none
    private
 

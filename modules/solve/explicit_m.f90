@@ -10,7 +10,7 @@ module explicit_m
    use mesh_m, only: place_text
    use model_m, only: model_t
    use state_m, only: state_t, kinetic_energy
-   use solid_m, only: strain_energy
+   use solid_stress_m, only: strain_energy
    use forces_m, only: find_forces, find_energies
    use stable_step_m, only: stable_step
    use corners_m, only: decide_corners, press_further

@@ -15,8 +15,8 @@ module fluid_coupling_m
    use deck_m, only: deck_t
    use errors_m, only: error_list_t
    use forces_m, only: find_forces
-   use flow_model_m, only: flow_model_t, boundary_flow_t, init_flow_model, set_moment, set_lines, set_apertures, &
-                           solve_boundary_flow, boundary_values
+   use flow_domain_m, only: flow_domain_t, boundary_flow_t, init_flow_domain, set_moment, set_lines, set_apertures, &
+                            solve_boundary_flow, boundary_values
    use fluid_storage_m, only: fluid_storage_t, start_storage, begin_balance, make_room, pressure_in_time
    use joint_law_m, only: law_item_t
    use loads_m, only: push_t
@@ -33,7 +33,7 @@ module fluid_coupling_m
    type, public :: fluid_coupling_t
       private
       logical :: started = .false.
-      type(flow_model_t) :: model
+      type(flow_domain_t) :: model
       type(fluid_storage_t) :: storage
       type(anderson_t) :: past
       !> Loads of the fluid for the next pass
@@ -345,7 +345,7 @@ contains
       type(state_t) :: unstrained
       logical :: searched
 
-      call init_flow_model(model%deck, model%whole, self%model)
+      call init_flow_domain(model%deck, model%whole, self%model)
       call start_storage(self%model, model%whole, model%solid, self%storage)
       self%started = .true.
       if (allocated(state%fluid%pressure)) return

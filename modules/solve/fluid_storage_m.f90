@@ -15,7 +15,7 @@ module fluid_storage_m
    use kinds_m, only: wp
    use errors_m, only: error_list_t
    use flow_m, only: flow_equations_t, flow_field_t, init_flow, solve_flow, line_length, triangle_area
-   use flow_model_m, only: flow_model_t, boundary_values, add_sources, rock_storage
+   use flow_domain_m, only: flow_domain_t, boundary_values, add_sources, rock_storage
    use mesh_m, only: mesh_t, split_mesh_t
    use sparse_lu_m, only: linear_ok
    use pore_pressure_m, only: rock_growth
@@ -41,7 +41,7 @@ contains
 
    !> What stays as it is through the run.
    subroutine start_storage(model, mesh, solid, storage)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       type(mesh_t), intent(in) :: mesh
       type(solid_t), intent(in) :: solid
       type(fluid_storage_t), intent(out) :: storage
@@ -57,7 +57,7 @@ contains
    subroutine begin_balance(storage, model, split, state)
       type(fluid_storage_t), intent(inout) :: storage
       !> With the apertures of the state
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       type(split_mesh_t), intent(in) :: split
       type(state_t), intent(in) :: state
 
@@ -80,7 +80,7 @@ contains
    subroutine pressure_in_time(storage, model, split, state, duration, pressure, found, inflow, imbalance, errors)
       type(fluid_storage_t), intent(in) :: storage
       !> With the apertures of the state
-      type(flow_model_t), intent(inout) :: model
+      type(flow_domain_t), intent(inout) :: model
       type(split_mesh_t), intent(in) :: split
       !> At rest under the pressure tried
       type(state_t), intent(in) :: state
@@ -123,7 +123,7 @@ contains
    subroutine balance(storage, model, split, state, pressure, taken)
       type(fluid_storage_t), intent(in) :: storage
       !> Its storage is set
-      type(flow_model_t), intent(inout) :: model
+      type(flow_domain_t), intent(inout) :: model
       type(split_mesh_t), intent(in) :: split
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: pressure(:)

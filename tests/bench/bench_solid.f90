@@ -2,7 +2,8 @@
 !> Writes bench_solid.csv (triangles, triangle_steps_per_second) and the same as a table.
 program bench_solid
    use kinds_m, only: wp
-   use solid_m, only: solid_t, init_solid, solid_forces
+   use solid_m, only: solid_t, init_solid
+   use solid_forces_m, only: solid_forces
    implicit none
 
    !> Triangles of the grids: powers of ten

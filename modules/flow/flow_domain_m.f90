@@ -1,7 +1,7 @@
 !> The flow model of a deck and a mesh: what conducts, its outline, and what is prescribed at its boundary.
 !>
 !> The mesh is taken as read, where the walls of a fracture share their nodes: one pressure a node.
-module flow_model_m
+module flow_domain_m
    use kinds_m, only: wp
    use constants_m, only: is_set
    use units_m, only: millimetre
@@ -22,7 +22,7 @@ module flow_model_m
    implicit none
    private
 
-   public :: init_flow_model, set_moment, set_lines, set_apertures, set_storage, solve_boundary_flow, solve_permeability
+   public :: init_flow_domain, set_moment, set_lines, set_apertures, set_storage, solve_boundary_flow, solve_permeability
    public :: outer_edges
    public :: boundary_values, add_sources, finish_flow, rock_storage, known_flow
 
@@ -33,7 +33,7 @@ module flow_model_m
       real(wp), allocatable :: share(:)
    end type prescription_t
 
-   type, public :: flow_model_t
+   type, public :: flow_domain_t
       type(deck_t) :: deck
       type(conductors_t) :: conductors
       type(outline_t) :: outline
@@ -49,7 +49,7 @@ module flow_model_m
       !> Biot's coefficient of the rock that conducts, 0 elsewhere (triangles)
       real(wp), allocatable :: biot(:)
       real(wp) :: datum(2) = 0.0_wp
-   end type flow_model_t
+   end type flow_domain_t
 
    !> What the boundary conditions of the deck give
    type, public :: boundary_flow_t
@@ -66,10 +66,10 @@ module flow_model_m
 contains
 
    !> Build what does not change: rock, outline, boundary. Names were checked (flow_check_m).
-   subroutine init_flow_model(deck, mesh, model)
+   subroutine init_flow_domain(deck, mesh, model)
       type(deck_t), intent(in) :: deck
       type(mesh_t), intent(in) :: mesh
-      type(flow_model_t), intent(out) :: model
+      type(flow_domain_t), intent(out) :: model
       integer, allocatable :: edge(:, :)
       real(wp) :: permeability(0:size(mesh%group)), biot(0:size(mesh%group)), u(2), v(2), area
       integer :: i, t
@@ -101,7 +101,7 @@ contains
       do i = 1, size(model%boundary)
          call prescribe(mesh, deck%flow_boundary(i)%group, is_set(deck%flow_boundary(i)%flux), model%boundary(i))
       end do
-   end subroutine init_flow_model
+   end subroutine init_flow_domain
 
    !> Edges of the outer boundary: of one triangle each or, where there are none, the lines that are no conduit.
    subroutine outer_edges(deck, mesh, edge)
@@ -159,7 +159,7 @@ contains
 
    !> What is there of the boundary conditions: those of this stage grow evenly over its cycles, those of earlier ones are there.
    subroutine set_moment(model, stage, level)
-      type(flow_model_t), intent(inout) :: model
+      type(flow_domain_t), intent(inout) :: model
       !> Number of the stage; 0 at its start, 1 at its end
       integer, intent(in) :: stage
       real(wp), intent(in) :: level
@@ -175,7 +175,7 @@ contains
 
    !> The lines that may conduct.
    subroutine set_lines(model, mesh, line, group, block_edge)
-      type(flow_model_t), intent(inout) :: model
+      type(flow_domain_t), intent(inout) :: model
       type(mesh_t), intent(in) :: mesh
       !> Nodes of the mesh as read (2, lines); group of the mesh, 0 for cracks (lines); block edge, 0 for none (lines)
       integer, intent(in) :: line(:, :), group(:), block_edge(:)
@@ -210,7 +210,7 @@ contains
 
    !> Hydraulic apertures of the lines, and what they conduct.
    subroutine set_apertures(model, aperture_mm, mobilisation, jrc_mobilised, filled)
-      type(flow_model_t), intent(inout) :: model
+      type(flow_domain_t), intent(inout) :: model
       !> Mechanical aperture, where the deck does not give it [mm] (lines)
       real(wp), intent(in) :: aperture_mm(:)
       !> Slip over peak slip, and mobilised JRC [-] (lines)
@@ -227,7 +227,7 @@ contains
    !> What nodes take up: fluid pressed together in fractures, walls that give way, the storage of the rock. A joint of length
    !> L has L (a cf + 1/kn), half of it at either end; a triangle a third of its own at each corner.
    subroutine set_storage(model, mesh)
-      type(flow_model_t), intent(inout) :: model
+      type(flow_domain_t), intent(inout) :: model
       type(mesh_t), intent(in) :: mesh
       real(wp) :: specific(size(mesh%triangle_group)), taken
       integer :: i
@@ -255,7 +255,7 @@ contains
 
    !> Storage of the rock (triangles) [1/Pa].
    pure function rock_storage(model, mesh) result(storage)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       type(mesh_t), intent(in) :: mesh
       real(wp) :: storage(size(mesh%triangle_group))
       real(wp) :: specific(0:size(mesh%group))
@@ -270,7 +270,7 @@ contains
 
    !> Nodes where the deck prescribes a pressure, and that [Pa]; the boundary that each node counts for, 0 for none (nodes).
    subroutine boundary_values(model, fixed, pressure, owner)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       logical, allocatable, intent(out) :: fixed(:)
       real(wp), allocatable, intent(out) :: pressure(:)
       integer, allocatable, intent(out) :: owner(:)
@@ -294,7 +294,7 @@ contains
 
    !> Sums over boundaries, and what was left out.
    subroutine finish_flow(model, equations, owner, flow)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       type(flow_equations_t), intent(in) :: equations
       integer, intent(in) :: owner(:)
       type(boundary_flow_t), intent(inout) :: flow
@@ -313,7 +313,7 @@ contains
 
    !> The flow of a pressure that is known, and the inflows it was found with.
    subroutine known_flow(model, pressure, inflow, imbalance, flow)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       !> (nodes) [Pa], [m2/s]
       real(wp), intent(in) :: pressure(:), inflow(:)
       !> What was left of the inflows after what was taken up [-]
@@ -337,7 +337,7 @@ contains
 
    !> Solve for what the deck prescribes at the boundary.
    subroutine solve_boundary_flow(model, flow, errors)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       type(boundary_flow_t), intent(out) :: flow
       !> An inflow into a part that no pressure reaches, or a failure of the linear solver
       type(error_list_t), intent(inout) :: errors
@@ -361,7 +361,7 @@ contains
 
    !> Inflows at the nodes. An inflow into what does not conduct, or has no way to a known pressure, is an error.
    subroutine add_sources(model, equations, source, errors)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       type(flow_equations_t), intent(in) :: equations
       real(wp), intent(inout) :: source(:)
       type(error_list_t), intent(inout) :: errors
@@ -393,7 +393,7 @@ contains
 
    !> Equivalent permeability with the apertures there are now.
    subroutine solve_permeability(model, permeability, errors)
-      type(flow_model_t), intent(in) :: model
+      type(flow_domain_t), intent(in) :: model
       type(permeability_t), intent(out) :: permeability
       type(error_list_t), intent(inout) :: errors
       integer :: status
@@ -402,4 +402,4 @@ contains
       if (status /= linear_ok) call errors%add('equivalent permeability: the linear solver failed')
    end subroutine solve_permeability
 
-end module flow_model_m
+end module flow_domain_m
