@@ -298,7 +298,7 @@ contains
 
       held = choices%held(p)
       if (held /= both) return
-      driven = max(depth - choices%passed(:, p), least_depth*corners%reach(p)/corners%factor)
+      driven = max(depth - choices%passed(:, p), least_depth*corners%reach(p)/max(1.0_wp, corners%factor))
       if (driven(1) > clearly*driven(2)) held = 2
       if (driven(2) > clearly*driven(1)) held = 1
    end function side_that_stays

@@ -27,6 +27,11 @@ module wall_tangent_m
       real(wp), allocatable :: stiffness(:, :)
    end type wall_element_t
 
+   !> A joint and the first and last integration point of its walls
+   type :: span_t
+      integer :: joint, first, last
+   end type span_t
+
    !> An open joint keeps this share of its first stiffness in the tangent (not in the forces), a closed one without
    !> stress the other for shear: blocks that nothing holds yet must not make the system singular
    real(wp), parameter, public :: open_share = 1.0e-4_wp
@@ -54,25 +59,31 @@ contains
          node(:, k) = [met%point_node(:, k), met%beside(:, k)]
       end do
       call collect_nodes(joints%node(:, j), node, element, own)
-      call fill_element(joints, met, tractions, j, first, last, x, u, point, node, own, 2*element%nodes, element)
+      call fill_element(joints, met, tractions, span_t(j, first, last), x, u, point, node, own, element)
    end subroutine joint_wall_tangent
 
    !> The stiffness of an element whose nodes are known.
-   pure subroutine fill_element(joints, met, tractions, j, first, last, x, u, point, node, own, m, element)
+   pure subroutine fill_element(joints, met, tractions, span, x, u, point, node, own, element)
       type(joints_t), intent(in) :: joints
       type(wall_meeting_t), intent(in) :: met
       type(tractions_t), intent(in) :: tractions
-      integer, intent(in) :: j, first, last
+      type(span_t), intent(in) :: span
       real(wp), contiguous, intent(in) :: x(:, :), u(:, :)
       type(joint_point_t), intent(in) :: point
-      !> Nodes of the points, places of the joint's own in the element, components of the element
-      integer, intent(in) :: node(point_nodes, first:last), own(own_nodes), m
+      !> Nodes of the points, places of the joint's own in the element
+      integer, intent(in) :: node(point_nodes, span%first:span%last), own(own_nodes)
       type(wall_element_t), intent(inout) :: element
       type(joint_answer_t) :: answer
-      type(geometry_t) :: geometry(first:last)
-      real(wp) :: slip(m), pressure(m, first:last), weight(m, first:last), dilation(m), stress(m), covered, row(m, m)
-      integer :: place(point_nodes, first:last), k
+      type(geometry_t) :: geometry(span%first:span%last)
+      real(wp), dimension(2*element%nodes) :: slip, dilation, stress
+      real(wp), dimension(2*element%nodes, span%first:span%last) :: pressure, weight
+      real(wp) :: row(2*element%nodes, 2*element%nodes), covered
+      integer :: place(point_nodes, span%first:span%last), first, last, j, k, m
 
+      j = span%joint
+      first = span%first
+      last = span%last
+      m = 2*element%nodes
       element%stiffness(:m, :m) = 0.0_wp
       if (last < first) return
       answer = answer_of(joints, tractions, j, point, share_when_open(joints, j), unstressed_share)
@@ -105,19 +116,21 @@ contains
       end do
       row = 0.0_wp
       do k = first, last
-         call add_point(joints, met, tractions, j, k, answer, geometry(k), place(:, k), slip, pressure(:, k), stress, row)
+         call add_point(met, tractions, k, answer, shear_floor(joints, met, tractions, answer, j, k), geometry(k), place(:, k), &
+                        slip, pressure(:, k), stress, row)
       end do
       element%stiffness(:m, :m) = transpose(row)
    end subroutine fill_element
 
    !> Add an integration point's part, minus the derivative of the nodal forces of its tractions.
-   pure subroutine add_point(joints, met, tractions, j, k, answer, geometry, place, slip, pressure, stress, row)
-      type(joints_t), intent(in) :: joints
+   pure subroutine add_point(met, tractions, k, answer, floor, geometry, place, slip, pressure, stress, row)
       type(wall_meeting_t), intent(in) :: met
       type(tractions_t), intent(in) :: tractions
-      !> Joint and integration point
-      integer, intent(in) :: j, k
+      !> Integration point
+      integer, intent(in) :: k
+      !> That of its joint, and what the shear stiffness lacks (shear_floor)
       type(joint_answer_t), intent(in) :: answer
+      real(wp), intent(in) :: floor
       type(geometry_t), intent(in) :: geometry
       !> Places of the point's nodes in the element
       integer, intent(in) :: place(point_nodes)
@@ -133,7 +146,7 @@ contains
       n = [-t(2), t(1)]
       p = tractions%pressure(k)
       s = 0.0_wp
-      shear = shear_floor(joints, met, tractions, answer, j, k)*spread_to(place, met%shape(:, k), t, size(slip))
+      shear = floor*spread_to(place, met%shape(:, k), t, size(slip))
       if (answer%stress > 0.0_wp .and. p > 0.0_wp) then
          s = answer%friction*p
          shear = shear + answer%friction*pressure &
