@@ -69,8 +69,8 @@ module wall_contact_m
       integer :: beside(2) = 0
    end type cover_t
 
-   public :: init_meeting, meet_walls, add_wall_forces, wall_stiffness_bound, wall_slip_rate, points_of_joints, facing_part, &
-             facing_part_slope
+   public :: init_meeting, meet_walls, add_wall_forces, wall_stiffness_bound, point_stiffness_bound, wall_slip_rate, &
+             points_of_joints, facing_part, facing_part_slope
 
 contains
 
@@ -416,6 +416,27 @@ contains
       end subroutine add_edge
 
    end subroutine wall_stiffness_bound
+
+   !> Row sums of the walls' stiffness where they meet now. Where a wall has come to face others, it may bear on one of its nodes
+   !> with a short piece that is much stiffer than the rest: the edges' means do not see that.
+   pure subroutine point_stiffness_bound(met, stiffness, bound)
+      type(wall_meeting_t), intent(in) :: met
+      !> Of the closure (points) [Pa/m]
+      real(wp), intent(in) :: stiffness(:)
+      !> Nodal bound (nodes) [N/m per m of thickness]
+      real(wp), intent(inout) :: bound(:)
+      !> Sum of the shape functions of both walls
+      real(wp), parameter :: both = 2.0_wp
+      integer :: i, k
+
+      do k = 1, met%points
+         do i = 1, 4
+            associate (node => met%point_node(i, k))
+               bound(node) = bound(node) + both*met%shape(i, k)*met%weight(k)*stiffness(k)
+            end associate
+         end do
+      end do
+   end subroutine point_stiffness_bound
 
    !> Velocity of the upper wall relative to the lower one along i at an integration point [m/s]; the same for both sides.
    pure real(wp) function wall_slip_rate(met, k, v) result(rate)

@@ -21,6 +21,8 @@ module relaxation_group_m
       integer :: max_steps = 100000
       !> Increments that a cycle is divided into
       integer :: substeps = 1
+      !> Slip of a joint in an increment over that of its peak strength and what it has slipped, above which the increment is halved
+      real(wp) :: largest_slip = 0.5_wp
       !> Step over the longest stable one, which sets the fictitious masses
       real(wp) :: safety = 0.9_wp
    end type relaxation_t
@@ -43,6 +45,7 @@ contains
       call check_range(errors, slice, 'tolerance', relaxation%tolerance, least=least_tolerance, below=1.0_wp)
       call check_least(errors, slice, 'max_steps', relaxation%max_steps, 1)
       call check_least(errors, slice, 'substeps', relaxation%substeps, 1)
+      call check_range(errors, slice, 'largest_slip', relaxation%largest_slip, least=1.0e-3_wp, most=1.0e6_wp)
       call check_range(errors, slice, 'safety', relaxation%safety, least=least_part, most=1.0_wp)
    end subroutine read_relaxation
 
@@ -54,6 +57,7 @@ contains
       call variables%keep('tolerance', relaxation%tolerance)
       call variables%keep('max_steps', relaxation%max_steps)
       call variables%keep('substeps', relaxation%substeps)
+      call variables%keep('largest_slip', relaxation%largest_slip)
       call variables%keep('safety', relaxation%safety)
    end subroutine name_variables
 

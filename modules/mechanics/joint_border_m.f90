@@ -24,7 +24,7 @@ module joint_border_m
    private
 
    public :: set_penalty, settle, largest_closure, couple_walls, couple_potential, press_softer, begin_tangents, joint_stiffness, &
-             answer_of, are_apart, show_bond
+             stiffness_at_points, answer_of, are_apart, show_bond
 
    !> How a joint answers a small motion of its walls, for the tangent of the implicit solver
    type, public :: joint_answer_t
@@ -366,6 +366,32 @@ contains
          stiffness = max(contact_stiffness, law%raw%normal_stiffness(point, point%sn)*megapascal_per_millimetre)
       stiffness = max(stiffness, law%raw%shear_stiffness(point, point%sn)*megapascal_per_millimetre)
    end function joint_stiffness
+
+   !> Stiffness of the closure at the walls' integration points, where they are now and by the joints as they are, with the room
+   !> for stiffening that their joint has until the stable step is looked at again [Pa/m].
+   pure function stiffness_at_points(joints, walls, met, tractions, point) result(stiffness)
+      type(joints_t), intent(in) :: joints
+      type(wall_contact_t), intent(in) :: walls
+      type(wall_meeting_t), intent(in) :: met
+      type(tractions_t), intent(in) :: tractions
+      !> (joints)
+      type(joint_point_t), contiguous, intent(in) :: point(:)
+      real(wp) :: stiffness(met%points), overlap, stress, room
+      integer :: j, k, softer
+
+      do k = 1, met%points
+         j = walls%joint(met%wall(k))
+         overlap = joints%closed(j)/millimetre - met%gap(k)/millimetre
+         if (joints%coupled(j)) overlap = overlap + point(j)%dilation
+         stiffness(k) = 0.0_wp
+         call press_softer(joints, met, point, j, k, overlap, softer, stress)
+         if (stress <= 0.0_wp) cycle
+         room = 1.0_wp
+         if (tractions%contact_stiffness(j) > 0.0_wp) room = max(1.0_wp, tractions%stiffness_then(j)/tractions%contact_stiffness(j))
+         stiffness(k) = room*megapascal_per_millimetre &
+                        *pressure_stiffness(joints%law(softer)%raw, joints%penalty(softer), point(softer), stress)
+      end do
+   end function stiffness_at_points
 
    !> How a joint in wall contact answers, at the state it was last updated to.
    pure function answer_of(joints, tractions, j, point, apart, unstressed) result(answer)

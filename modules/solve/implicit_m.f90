@@ -18,7 +18,7 @@ module implicit_m
    use rest_report_m, only: no_rest, no_factors, end_rest, end_far, end_stuck, end_long, end_linear, end_broken, end_again
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
-   use increment_m, only: account_increment, has_left, slip_over_peak
+   use increment_m, only: account_increment, has_left, slip_watch_t
    use corners_m, only: decide_corners, press_further, press_back, any_passed, free_choices, any_chosen, most_pressed, &
                         most_chosen
    use sparse_system_m, only: kept_matrix_t, matrix_of
@@ -34,8 +34,7 @@ module implicit_m
       real(wp) :: done = 0.0_wp, part = 0.0_wp, until = 1.0_wp
       !> Loads at the increment's end, 0 to 1 over the stage, and the time it takes [s]
       real(wp) :: level = 0.0_wp, duration = 0.0_wp
-      !> Slip of the longer increment that joints slipped too far in (see slip_over_peak), over what is allowed
-      real(wp) :: slip = huge(1.0_wp)
+      type(slip_watch_t) :: watch
       !> Starts at the last rest
       type(newton_increment_t) :: increment
       !> Is rest sought in pseudo-time? Displacement where that began (2, nodes) [m], steps so far
@@ -74,8 +73,6 @@ module implicit_m
 
    !> What is left of a cycle is nothing below this part of it: rounding
    real(wp), parameter :: least_part = 1.0e-9_wp
-   !> No increment is halved below this part of a cycle because joints slip far, nor where half of it has slipped nearly as far
-   real(wp), parameter :: shortest = 1.0_wp/64.0_wp, shorter_slip = 0.75_wp
    !> Increments no longer than this part of a cycle that find no rest are tried with corners free
    real(wp), parameter :: choose_anew = 0.25_wp
    !> Unbalanced force ratio while corners are pressed back, all but the last time
@@ -176,9 +173,9 @@ contains
       type(state_t), intent(inout) :: state
       !> How it ends
       integer, intent(out) :: ending
-      real(wp) :: slip, shortest_cut
+      real(wp) :: shortest_cut
       integer :: iterations
-      logical :: found
+      logical :: found, too_far
 
       associate (way => self%way)
          way%part = min(state%guess%part, way%until - way%done)
@@ -189,24 +186,25 @@ contains
       end associate
       call equilibrate(self, model, self%way%increment, model%rest_tolerance(), state, iterations, found)
       ending = end_rest
-      slip = 0.0_wp
-      if (found) slip = slip_over_peak(model, self%way%increment%start, state)/model%deck%implicit%largest_slip
-      if (slip > 1.0_wp .and. self%way%part > shortest .and. slip < shorter_slip*self%way%slip) then
-         ! The laws are followed along their curves; but what snaps slips as far in a shorter increment
+      too_far = .false.
+      if (found) then
+         too_far = self%way%watch%too_far(model, model%deck%implicit%largest_slip, self%way%part, self%way%increment%start, state)
+      else
+         self%way%watch = slip_watch_t()
+      end if
+      if (too_far) then
          call give_up_increment(self, self%way%increment, state)
          ending = end_again
-         self%way%slip = slip
          state%guess%part = 0.5_wp*self%way%part
          state%guess%slip_part = state%guess%part
          return
       end if
-      self%way%slip = huge(1.0_wp)
       if (found) then
          call hold_corners(self, model, self%way%increment, state, iterations)
          call account_increment(model, self%way%increment%start, state)
          state%guess%move = state%u - self%way%increment%start%u
          state%guess%move_part = self%way%part
-         if (iterations <= easy .and. slip <= 0.5_wp) state%guess%part = min(1.0_wp, 2.0_wp*state%guess%part)
+         if (iterations <= easy .and. self%way%watch%is_short()) state%guess%part = min(1.0_wp, 2.0_wp*state%guess%part)
          state%guess%slip_part = max(state%guess%slip_part, state%guess%part)
          return
       end if

@@ -13,7 +13,22 @@ module increment_m
    implicit none
    private
 
-   public :: increment_t, begin_increment, start_increment, forces_from_start, account_increment, has_left, slip_over_peak
+   public :: increment_t, begin_increment, start_increment, forces_from_start, account_increment, has_left, slip_over_peak, shortest
+
+   !> Watch over the slip of increments that have come to rest
+   type, public :: slip_watch_t
+      private
+      !> Slip over what is allowed (see slip_over_peak) in this increment, and in one twice as long that was given up (if it was)
+      real(wp) :: slip = 0.0_wp, twice = huge(1.0_wp)
+   contains
+      procedure :: too_far => slips_too_far
+      procedure :: is_short
+   end type slip_watch_t
+
+   !> No increment is halved below this part of a cycle because joints slip far, nor where half of it has slipped nearly as far
+   real(wp), parameter :: shortest = 1.0_wp/64.0_wp, shorter_slip = 0.75_wp
+   !> An increment in which joints slip by no more than this part of what is allowed may be followed by a longer one
+   real(wp), parameter :: short_slip = 0.5_wp
 
 contains
 
@@ -85,6 +100,28 @@ contains
          if (peak > 0.0_wp) furthest = max(furthest, abs(state%joint(j)%u - start%joint(j)%u)/(peak + abs(start%joint(j)%u)))
       end do
    end function slip_over_peak
+
+   !> Has a joint slipped farther in an increment than the laws are followed along their curves, and would half of it be nearer to
+   !> them? What snaps slips as far in a shorter increment. When true, the caller goes back to its start and tries half of it.
+   logical function slips_too_far(self, model, allowed, part, start, state) result(too_far)
+      class(slip_watch_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      !> The deck's largest_slip, and the part of a cycle (or of what a cycle is divided into) that the increment is
+      real(wp), intent(in) :: allowed, part
+      !> Rest at the increment's start and end
+      type(state_t), intent(in) :: start, state
+
+      self%slip = slip_over_peak(model, start, state)/allowed
+      too_far = self%slip > 1.0_wp .and. part > shortest .and. self%slip < shorter_slip*self%twice
+      self%twice = merge(self%slip, huge(1.0_wp), too_far)
+   end function slips_too_far
+
+   !> Has the increment looked at last slipped so little that a longer one may follow?
+   pure logical function is_short(self)
+      class(slip_watch_t), intent(in) :: self
+
+      is_short = self%slip <= short_slip
+   end function is_short
 
    !> Add the work of an increment to the energy account, forces taken as the mean of start and end.
    subroutine account_increment(model, start, state)

@@ -17,10 +17,12 @@ module relaxation_m
    use loads_m, only: smooth_ramp
    use motion_m, only: unbalanced_ratio
    use forces_m, only: stiffness_bound
+   use wall_contact_m, only: point_stiffness_bound
+   use joint_border_m, only: stiffness_at_points
    use stable_step_m, only: scaled_mass
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
-   use increment_m, only: increment_t, start_increment, forces_from_start, account_increment, has_left
+   use increment_m, only: increment_t, start_increment, forces_from_start, account_increment, has_left, slip_watch_t, shortest
    implicit none
    private
 
@@ -29,8 +31,14 @@ module relaxation_m
    !> How far a cycle has come, for one that goes on after rock has broken
    type, public :: relaxation_place_t
       private
-      !> Increment of the cycle
+      !> Increments of the cycle that are done, part of the next one that is, and part of it that is tried
       integer :: substep = 0
+      real(wp) :: done = 0.0_wp, part = 0.0_wp
+      !> Longest part that is tried in this cycle
+      real(wp) :: longest = 1.0_wp
+      !> Did the last increment find no rest?
+      logical :: stuck = .false.
+      type(slip_watch_t) :: watch
    end type relaxation_place_t
 
    !> Steps over which an increment's prescribed displacements and loads come on, at least
@@ -43,6 +51,12 @@ module relaxation_m
    real(wp), parameter :: near = 0.1_wp
    !> The closure at corners is found anew when the unbalanced force ratio has fallen to this part since it was found last
    real(wp), parameter :: refresh = 0.1_wp
+   !> When the unbalanced force ratio has not fallen below this part of its least in so many steps, but the kinetic energy has
+   !> passed so many peaks, motion is damped; in so many steps the increment is halved
+   real(wp), parameter :: nearer = 0.9_wp
+   integer, parameter :: undamped = 1500, swings = 10, patience = 10000
+   !> Part of its velocity that a node then loses in a step
+   real(wp), parameter :: viscous = 0.05_wp
    !> Kinetic energy that only an unstable motion has [J per m]; its square is still a number
    real(wp), parameter :: absurd_energy = 1.0e100_wp
 
@@ -63,7 +77,7 @@ contains
       type(increment_t) :: increment
       real(wp) :: duration
       integer :: substeps
-      logical :: broken
+      logical :: broken, back
 
       substeps = model%deck%relaxation%substeps
       duration = model%deck%stage(stage)%move_time/real(substeps, wp)
@@ -71,24 +85,42 @@ contains
       broken = report%breaks%any()
       report%breaks = breaks_t()
       if (.not. broken) then
-         place%substep = 0
+         place = relaxation_place_t()
          ! A new stage prescribes another motion
-         if (cycle == 1) state%v = 0.0_wp
+         if (cycle == 1) then
+            state%v = 0.0_wp
+            state%guess%part = 1.0_wp
+         end if
       end if
       do while (broken .or. place%substep < substeps)
          if (broken) then
             ! Rest at the same loads
-            call start_increment(model, level_of(place%substep), level_of(place%substep), state, increment)
-            call come_to_rest(model, stage, cycle, increment, increment%level, 0.0_wp, state, report, errors)
+            call start_increment(model, level_of(place%done), level_of(place%done), state, increment)
+            call come_to_rest(model, stage, cycle, increment, increment%level, 0.0_wp, place, state, report, back, errors)
             if (errors%any()) return
          else
-            place%substep = place%substep + 1
-            call start_increment(model, level_of(place%substep - 1), level_of(place%substep), state, increment)
-            call come_to_rest(model, stage, cycle, increment, level_of(place%substep - 1), duration, state, report, errors)
+            place%part = min(state%guess%part, 1.0_wp - place%done)
+            call start_increment(model, level_of(place%done), level_of(place%done + place%part), state, increment)
+            call come_to_rest(model, stage, cycle, increment, level_of(place%done), place%part*duration, place, state, report, &
+                              back, errors)
             if (errors%any()) return
+            if (back) then
+               call give_up_increment(increment, state)
+               state%guess%part = 0.5_wp*place%part
+               if (place%stuck) place%longest = state%guess%part
+               cycle
+            end if
             ! Velocities are means over the increment: so the next one goes on
-            state%v = (state%u - increment%start%u)/duration
-            state%time = state%time + duration
+            state%v = (state%u - increment%start%u)/(place%part*duration)
+            state%time = state%time + place%part*duration
+            report%smallest_step = min(report%smallest_step, place%part*duration)
+            if (place%watch%is_short()) state%guess%part = min(place%longest, 2.0_wp*state%guess%part)
+            ! Parts are halves of halves, without rounding
+            place%done = place%done + place%part
+            if (place%done >= 1.0_wp) then
+               place%substep = place%substep + 1
+               place%done = 0.0_wp
+            end if
          end if
          broken = .false.
          if (model%can_break) then
@@ -96,7 +128,8 @@ contains
             report%level = increment%level
             if (report%breaks%any()) return
          end if
-         call progress%tick(log, fraction_done(model, stage, cycle, .true., real(place%substep, wp)/real(substeps, wp)))
+         call progress%tick(log, fraction_done(model, stage, cycle, .true., &
+                                               (real(place%substep, wp) + place%done)/real(substeps, wp)))
          if (place%substep < substeps) report%interrupted = stop_wanted()
          if (report%interrupted) return
       end do
@@ -106,17 +139,31 @@ contains
 
    contains
 
-      !> Loads at the end of an increment, 0 to 1 over the stage.
-      pure real(wp) function level_of(substep) result(level)
-         integer, intent(in) :: substep
+      !> Loads in the middle of an increment, 0 to 1 over the stage.
+      pure real(wp) function level_of(done) result(level)
+         !> Part of the increment
+         real(wp), intent(in) :: done
 
-         level = (real(cycle - 1, wp) + real(substep, wp)/real(substeps, wp))/real(model%deck%stage(stage)%cycles, wp)
+         level = (real(cycle - 1, wp) + (real(place%substep, wp) + done)/real(substeps, wp)) &
+                 /real(model%deck%stage(stage)%cycles, wp)
       end function level_of
 
    end subroutine relaxation_cycle
 
-   !> Follow an increment until it is at rest, and book its work.
-   subroutine come_to_rest(model, stage, cycle, increment, level, duration, state, report, errors)
+   !> Back to the start of the increment; steps are counted on.
+   subroutine give_up_increment(increment, state)
+      type(increment_t), intent(in) :: increment
+      type(state_t), intent(inout) :: state
+      integer(i8) :: step
+
+      step = state%step
+      state = increment%start
+      state%step = step
+   end subroutine give_up_increment
+
+   !> Follow an increment until it is at rest, and book its work. One that is to be halved, because joints slip too far or the
+   !> forces do not come nearer balance, is not booked.
+   subroutine come_to_rest(model, stage, cycle, increment, level, duration, place, state, report, back, errors)
       type(model_t), intent(in) :: model
       integer, intent(in) :: stage, cycle
       type(increment_t), intent(in) :: increment
@@ -124,14 +171,24 @@ contains
       real(wp), intent(in) :: level
       !> Time that prescribed velocities act [s]
       real(wp), intent(in) :: duration
+      type(relaxation_place_t), intent(inout) :: place
       type(state_t), intent(inout) :: state
       type(cycle_report_t), intent(inout) :: report
+      !> Is half of it to be tried, from its start?
+      logical, intent(out) :: back
       type(error_list_t), intent(inout) :: errors
-      real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part, unbalanced, since_kept
+      real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part, unbalanced, since_kept, least, loss
       type(state_t) :: rest
-      integer :: step, ramp, pressed, pressed_at, chosen
+      integer :: step, ramp, pressed, pressed_at, chosen, least_at, peaks
       logical :: searched, loose, changed, let_go
 
+      back = .false.
+      place%stuck = .false.
+      least = huge(1.0_wp)
+      least_at = 0
+      peaks = 0
+      loss = 0.0_wp
+      loose = .false.
       pressed = 0
       pressed_at = 0
       chosen = 0
@@ -160,6 +217,9 @@ contains
                since_kept = unbalanced
             end if
             if (unbalanced <= model%rest_tolerance()) then
+               if (pressed == 0 .and. chosen == 0 .and. duration > 0.0_wp) &
+                  back = place%watch%too_far(model, model%deck%relaxation%largest_slip, place%part, increment%start, state)
+               if (back) return
                let_go = .false.
                if (pressed == 0 .and. chosen < most_chosen) then
                   call decide_corners(model%corners, state%u, state%corners, changed, let_go)
@@ -169,6 +229,7 @@ contains
                if (let_go) then
                   chosen = chosen + 1
                   since_kept = 1.0_wp
+                  least = huge(1.0_wp)
                   call find_masses(model, .false., state, mass)
                   cycle
                end if
@@ -182,6 +243,7 @@ contains
                pressed_at = step
                call press_further(state%corners)
                since_kept = 1.0_wp
+               least = huge(1.0_wp)
                call find_masses(model, .false., state, mass)
             else if (pressed > 0 .and. step - pressed_at > model%deck%relaxation%max_steps/10) then
                ! Rest with the corners where they are is better than none
@@ -193,20 +255,45 @@ contains
             end if
             loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(model, increment%start%u, state)
             if (loose) exit
+            if (unbalanced < nearer*least) then
+               least = unbalanced
+               least_at = step
+               peaks = 0
+            end if
+            if (step - least_at > undamped .and. peaks >= swings) loss = viscous
+            if (step - least_at > patience .and. may_be_halved(peaks, pressed, duration, place%part)) exit
          end if
-         call push_nodes(model%loads%fixed, mass, before <= 0.0_wp, state, v, kinetic)
+         call push_nodes(model%loads%fixed, mass, before <= 0.0_wp, loss, state, v, kinetic)
          ! A comparison with NaN is false
          if (.not. kinetic < absurd_energy) exit
          if (kinetic < before) then
             call back_to_peak(model%loads%fixed, mass, state, v)
             before = 0.0_wp
+            peaks = peaks + 1
          else
             where (.not. model%loads%fixed) state%u = state%u + v
             before = kinetic
          end if
       end do
-      call report_failure(model, stage, cycle, increment, step, state, errors)
+      back = .not. loose .and. may_be_halved(peaks, pressed, duration, place%part)
+      if (back) then
+         place%stuck = .true.
+         place%watch = slip_watch_t()
+      else
+         call report_failure(model, stage, cycle, increment, step, state, errors)
+      end if
    end subroutine come_to_rest
+
+   !> May half the increment find rest? Not where a block goes its way without a swing, while corners are pressed back, nor where
+   !> rock has broken.
+   pure logical function may_be_halved(peaks, pressed, duration, part)
+      !> Peaks of the kinetic energy since the forces were nearest to balance; times that corners were pressed back
+      integer, intent(in) :: peaks, pressed
+      !> Time that prescribed velocities act [s], part that the increment is of what a cycle is divided into
+      real(wp), intent(in) :: duration, part
+
+      may_be_halved = peaks >= swings .and. pressed == 0 .and. duration > 0.0_wp .and. part > shortest
+   end function may_be_halved
 
    !> First guess: the free nodes go on as in the last increment, prescribed displacements and loads come on at once. Where
    !> that is far from balance, nodes stand still and the increment comes on over a ramp.
@@ -244,36 +331,45 @@ contains
       type(state_t), intent(inout) :: state
       !> (nodes) [N/m per m of thickness]
       real(wp), intent(inout) :: mass(:)
-      real(wp) :: stiffness(size(mass))
+      real(wp) :: stiffness(size(mass)), of_points(size(mass))
 
       if (anew) mass = 0.0_wp
       call stiffness_bound(model, state, stiffness)
+      if (model%has_walls) then
+         of_points = model%nodes%rock_stiffness
+         call point_stiffness_bound(state%walls, stiffness_at_points(model%joints, model%walls, state%walls, state%tractions, &
+                                                                     state%joint), of_points)
+         stiffness = max(stiffness, of_points)
+      end if
       mass = scaled_mass(stiffness, 0.0_wp, mass, 1.0_wp/model%deck%relaxation%safety)
    end subroutine find_masses
 
    !> Velocities half a step on, and their kinetic energy. From rest the first step is half a one.
-   pure subroutine push_nodes(fixed, mass, from_rest, state, v, kinetic)
+   pure subroutine push_nodes(fixed, mass, from_rest, loss, state, v, kinetic)
       !> Prescribed components (2, nodes)
       logical, intent(in) :: fixed(:, :)
       !> Fictitious mass (nodes) [N/m per m of thickness]
       real(wp), intent(in) :: mass(:)
       logical, intent(in) :: from_rest
+      !> Part of the velocity that damping takes in a step
+      real(wp), intent(in) :: loss
       !> Its forces are known
       type(state_t), intent(in) :: state
       !> Fictitious velocity (2, nodes) [m per step]
       real(wp), intent(inout) :: v(:, :)
       !> [J per m of thickness]
       real(wp), intent(out) :: kinetic
-      real(wp) :: part, force
+      real(wp) :: part, left, force
       integer :: n, i
 
-      part = merge(0.5_wp, 1.0_wp, from_rest)
+      part = merge(0.5_wp, 1.0_wp, from_rest)/(1.0_wp + 0.5_wp*loss)
+      left = (1.0_wp - 0.5_wp*loss)/(1.0_wp + 0.5_wp*loss)
       kinetic = 0.0_wp
       do n = 1, size(mass)
          do i = 1, 2
             if (fixed(i, n)) cycle
             force = state%solid(i, n) + state%normal(i, n) + state%friction(i, n) + state%load(i, n)
-            v(i, n) = v(i, n) + part*force/mass(n)
+            v(i, n) = left*v(i, n) + part*force/mass(n)
             kinetic = kinetic + 0.5_wp*mass(n)*v(i, n)**2
          end do
       end do
