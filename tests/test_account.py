@@ -77,3 +77,17 @@ def test_corners_of_a_crossing(solver, femdem, tmp_path):
     parts_agree(history)
     assert history["corners_J"][-1] == pytest.approx(1.602, rel=1e-3)
     assert history["surfaces_J"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_account_of_a_crossing_does_not_know_the_drawing(femdem, tmp_path):
+    """The same crossing mirrored, turned and renumbered: what corners store is the same energy."""
+    assert femdem.is_file()
+    scene = junctions.large_slip("X", 75, 0.1, 0.5, cycles=4)
+    of_drawing = {}
+    for name in ("drawn", "mirrored", "turned_90", "renumbered"):
+        junctions.run(scene, junctions.VARIANTS[name], tmp_path / name, law="coulomb")
+        of_drawing[name] = History(tmp_path / name / "results" / "history.csv")
+    drawn = of_drawing["drawn"]
+    for history in of_drawing.values():
+        for term in ("walls_J", "corners_J"):
+            assert history[term] == pytest.approx(drawn[term], rel=1e-6, abs=1e-6 * np.abs(drawn[term]).max())

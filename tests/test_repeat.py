@@ -15,7 +15,9 @@ from pathlib import Path
 
 import pytest
 
+import junctions
 from femdem.places import module
+from femdem.results import History
 from flow_grid import Grid
 from scene import find_cases, run_case
 
@@ -61,6 +63,19 @@ def test_shear_that_is_stopped(name, rows, femdem, tmp_path):
     whole = run_case(case, femdem, tmp_path / "whole")
     stopped = whole.parent / "stopped"
     assert stop_and_go_on(femdem, whole.parent / case.deck, stopped, rows) >= 1
+    assert_same(whole, stopped, ("history.csv", "edges.csv"))
+
+
+@pytest.mark.parametrize(
+    ("solver", "law", "rows"), [("implicit", "jcm", 2), ("relaxation", "jcm", 1), ("explicit", "coulomb", 2)]
+)
+def test_a_crossing_that_is_stopped(solver, law, rows, femdem, tmp_path):
+    """Corners know what they have done in the stage, what they hold and what they press with."""
+    scene = junctions.large_slip("X", 75, 0.1, 0.5, cycles=6)
+    junctions.run(scene, junctions.VARIANTS["drawn"], tmp_path / "whole", solver, law=law)
+    whole, stopped = tmp_path / "whole" / "results", tmp_path / "stopped"
+    assert abs(History(whole / "history.csv")["corners_J"][-1]) > 1e-3
+    assert stop_and_go_on(femdem, tmp_path / "whole" / "deck.nml", stopped, rows) >= 1
     assert_same(whole, stopped, ("history.csv", "edges.csv"))
 
 

@@ -33,7 +33,7 @@ module corners_m
       !> Depth at which each side holds (2, pairs) [m]: the corner had come so far when it was free
       real(wp), allocatable :: passed(:, :)
       !> Depths behind both sides when the stage began (2, pairs) [m]
-      real(wp), allocatable :: depth(:, :)
+      real(wp), allocatable :: stage_depth(:, :)
       !> Is the closure between the corners kept as it is, and what is it then (2, pairs) [m]? See keep_closure
       logical :: closure_kept = .false.
       real(wp), allocatable :: closure(:, :)
@@ -70,7 +70,7 @@ contains
       type(corner_choices_t), intent(out) :: choices
 
       choices%held = merge(both, free, corners%wide)
-      allocate (choices%passed(2, size(corners%wide)), choices%depth(2, size(corners%wide)), &
+      allocate (choices%passed(2, size(corners%wide)), choices%stage_depth(2, size(corners%wide)), &
                 choices%closure(2, size(corners%wide)), source=0.0_wp)
    end subroutine init_choices
 
@@ -243,7 +243,7 @@ contains
       integer :: p
 
       do p = 1, size(corners%stiffness)
-         choices%depth(:, p) = matmul(way(corners, p, u), corners%inward(:, :, p))
+         choices%stage_depth(:, p) = matmul(way(corners, p, u), corners%inward(:, :, p))
       end do
    end subroutine note_depths
 
@@ -266,7 +266,7 @@ contains
       do p = 1, size(corners%stiffness)
          if (corners%wide(p)) cycle
          depth = matmul(way(corners, p, u), corners%inward(:, :, p))
-         came = depth - choices%depth(:, p)
+         came = depth - choices%stage_depth(:, p)
          held = choices%held(p)
          if (held /= free) then
             if (present(let_go)) held = side_that_stays(corners, choices, p, depth)
@@ -319,7 +319,7 @@ contains
             if (any(before%node(:, old) /= parent(corners%node(:, p))) .or. corners%wide(p)) cycle
             choices%held(p) = chosen%held(old)
             choices%passed(:, p) = chosen%passed(:, old)
-            choices%depth(:, p) = chosen%depth(:, old)
+            choices%stage_depth(:, p) = chosen%stage_depth(:, old)
          end do
       end do
    end subroutine keep_choices

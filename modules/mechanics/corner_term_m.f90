@@ -36,9 +36,9 @@ contains
       type(state_t), intent(inout) :: state
 
       call now_doing(work_walls)
-      call begin_share(model%corner_reach, state, state%corner_share)
+      call begin_share(model%corner_reach, state%normal, state%friction, state%corner_force)
       call add_corner_forces(model%corners, state%corners, state%u, state%normal)
-      call end_share(model%corner_reach, state, state%corner_share)
+      call end_share(model%corner_reach, state%normal, state%friction, state%corner_force)
    end subroutine add_forces
 
    subroutine add_tangent(model, increment, state, system, outside)
@@ -87,13 +87,8 @@ contains
       end associate
       call file%keep('corners', state%corners%held, errors)
       call file%keep('corners_passed', state%corners%passed, errors)
-      call file%keep('corners_depth', state%corners%depth, errors)
-      if (file%writing .and. size(state%corner_share%force) == 0) return
-      if (.not. file%writing) then
-         if (.not. file%has('corner_force')) return
-         deallocate (state%corner_share%force)
-      end if
-      call file%keep('corner_force', state%corner_share%force, errors)
+      call file%keep('corners_stage_depth', state%corners%stage_depth, errors)
+      call file%keep_if_any('corner_force', state%corner_force, errors)
    end subroutine keep
 
 end module corner_term_m

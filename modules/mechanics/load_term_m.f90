@@ -61,24 +61,8 @@ contains
       associate (unused => model)
       end associate
       call file%keep('load', state%load, errors)
-      if (is_kept(file, 'relief', size(state%u, 2), state%relief)) call file%keep('relief', state%relief, errors)
-      if (is_kept(file, 'held', size(state%u, 2), state%held)) call file%keep('held', state%held, errors)
+      call file%keep_if_any('relief', state%relief, errors)
+      call file%keep_if_any('held', state%held, errors)
    end subroutine keep
-
-   !> Does a checkpoint have forces that few scenes have, those of rock that was taken out or of absorbing sides? Where it has there
-   !> is one for each node.
-   logical function is_kept(file, name, nodes, force) result(kept)
-      type(checkpoint_t), intent(inout) :: file
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: nodes
-      real(wp), allocatable, intent(inout) :: force(:, :)
-
-      kept = size(force, 2) > 0
-      if (file%writing) return
-      kept = file%has(name)
-      if (.not. kept) return
-      deallocate (force)
-      allocate (force(2, nodes), source=0.0_wp)
-   end function is_kept
 
 end module load_term_m

@@ -32,7 +32,8 @@ module recut_m
                       corner_reach_of, surface_reach_of, &
                       start_contact, first_friction, begin_stage
    use solver_choice_m, only: solver_explicit
-   use state_m, only: state_t, no_share, kinetic_energy
+   use state_m, only: state_t, kinetic_energy
+   use shares_m, only: no_share
    implicit none
    private
 
@@ -428,8 +429,8 @@ contains
       state%guess%move = state%guess%move(:, parent)
       state%normal = 0.0_wp*state%normal(:, parent)
       state%friction = 0.0_wp*state%friction(:, parent)
-      call no_share(state%corner_share)
-      call no_share(state%surface_share)
+      call no_share(state%corner_force)
+      call no_share(state%surface_force)
       if (size(state%damping, 2) > 0) state%damping = 0.0_wp*state%damping(:, parent)
    end subroutine follow_parents
 

@@ -35,11 +35,6 @@ module state_m
       procedure :: residual
    end type energy_t
 
-   !> Forces of contact and friction that one term has added at the nodes it can reach (2, nodes) [N per m]
-   type, public :: share_t
-      real(wp), allocatable :: force(:, :)
-   end type share_t
-
    !> What the implicit solver goes on from, as long as the stage lasts
    type, public :: guess_t
       !> Was the state found by it, in this stage?
@@ -77,8 +72,9 @@ module state_m
       real(wp), allocatable :: mass(:)
       !> Nodal forces by origin (2, nodes) [N per m]: rock, contact along the normal, friction, loads
       real(wp), allocatable :: solid(:, :), normal(:, :), friction(:, :), load(:, :)
-      !> What corners and other surfaces have of normal and friction
-      type(share_t) :: corner_share, surface_share
+      !> What corners and other surfaces have of normal and friction, at the nodes they can reach (2, nodes) [N per m]; size
+      !> zero where nothing is near (shares_m)
+      real(wp), allocatable :: corner_force(:, :), surface_force(:, :)
       !> Joint elements (joints), their opening w and aperture (joints) [mm]
       type(joint_point_t), allocatable :: joint(:)
       real(wp), allocatable :: opening(:), aperture(:)
@@ -111,7 +107,7 @@ module state_m
       type(energy_t) :: energy
    end type state_t
 
-   public :: init_state, no_share, laws_go_back, kinetic_energy
+   public :: init_state, laws_go_back, kinetic_energy
 
 contains
 
@@ -131,18 +127,11 @@ contains
       allocate (state%u(2, n), state%v(2, n), state%solid(2, n), state%normal(2, n), state%friction(2, n), &
                 state%load(2, n), state%damping(2, merge(n, 0, damped)), source=0.0_wp)
       allocate (state%guess%move(2, n), source=0.0_wp)
-      allocate (state%relief(2, 0), state%held(2, 0), state%corner_share%force(2, 0), state%surface_share%force(2, 0))
+      allocate (state%relief(2, 0), state%held(2, 0), state%corner_force(2, 0), state%surface_force(2, 0))
       allocate (state%joint(joints))
       call init_tractions(joints, state%tractions)
       allocate (state%opening(joints), state%aperture(joints), source=0.0_wp)
    end subroutine init_state
-
-   !> A term that has nothing near it adds no forces.
-   pure subroutine no_share(share)
-      type(share_t), intent(inout) :: share
-
-      if (size(share%force, 2) > 0) share%force = reshape([real(wp) ::], [2, 0])
-   end subroutine no_share
 
    !> Let joints, bonds and friction springs remember what they did in another state of the same mesh. All else stays: motion,
    !> forces, and where contact is looked for.

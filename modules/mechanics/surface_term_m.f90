@@ -6,10 +6,10 @@ module surface_term_m
    use checkpoint_m, only: checkpoint_t
    use model_m, only: model_t, term_t
    use solver_choice_m, only: solver_implicit
-   use state_m, only: state_t, no_share
+   use state_m, only: state_t
    use contact_m, only: contact_energy_t
    use joint_border_m, only: couple_potential
-   use shares_m, only: begin_share, end_share
+   use shares_m, only: no_share, begin_share, end_share
    implicit none
    private
 
@@ -61,13 +61,13 @@ contains
       end if
       meets = state%contact%pairs() > 0
       if (meets) then
-         call begin_share(model%surface_reach, state, state%surface_share)
+         call begin_share(model%surface_reach, state%normal, state%friction, state%surface_force)
       else
-         call no_share(state%surface_share)
+         call no_share(state%surface_force)
       end if
       call model%contact%forces(model%exposed, state%u, state%v, state%surface_friction, state%contact, state%normal, &
                                 state%friction, energy)
-      if (meets) call end_share(model%surface_reach, state, state%surface_share)
+      if (meets) call end_share(model%surface_reach, state%normal, state%friction, state%surface_force)
    end subroutine add_forces
 
    subroutine add_stiffness_bound(model, state, bound)

@@ -69,7 +69,7 @@ module explicit_m
       !> Steps to come, and since the last look at equilibrium and at the clock
       integer(i8) :: steps_left = 0_i8
       integer :: since_look = 0
-      !> Was the rock calm then, so that corners are pressed back?
+      !> Was the rock calm at that look, so that corners are pressed back?
       logical :: presses = .false.
    end type march_t
 
@@ -205,7 +205,7 @@ contains
             if (march%steps_left == 0_i8 .or. calm_now) then
                call decide_corners(model%corners, state%u, state%corners, changed, let_go)
             end if
-            march%presses = march%steps_left == 0_i8 .or. calm_now
+            march%presses = calm_now
             if (changed .and. march%steps_left > 0_i8) call fit_step()
          end if
          if (.not. march%moving .and. model%until_balanced(stage)) then

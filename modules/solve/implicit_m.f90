@@ -19,8 +19,8 @@ module implicit_m
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left, slip_watch_t
-   use corners_m, only: decide_corners, press_further, press_back, any_passed, free_choices, any_chosen, most_pressed, &
-                        most_chosen
+   use corners_m, only: corner_choices_t, decide_corners, press_further, press_back, any_passed, free_choices, any_chosen, &
+                        most_pressed, most_chosen
    use sparse_system_m, only: kept_matrix_t, matrix_of
    use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, free_norm
    implicit none
@@ -234,15 +234,18 @@ contains
       !> Those of the increment, to which this adds
       integer, intent(inout) :: iterations
       type(state_t) :: rest
+      type(corner_choices_t) :: before
       real(wp) :: pressed(2, size(state%u, 2)), tolerance
       integer :: round, more
       logical :: changed, let_go, found
 
       if (size(model%corners%stiffness) == 0) return
       do round = 1, most_chosen
-         rest = state
+         before = state%corners
          call decide_corners(model%corners, state%u, state%corners, changed, let_go)
          if (.not. let_go) exit
+         rest = state
+         rest%corners = before
          self%outdated = .true.
          call evaluate(model, increment, state)
          call equilibrate(self, model, increment, model%rest_tolerance(), state, more, found)

@@ -15,7 +15,7 @@ module checkpoint_m
    public :: text_hash, numbers_hash
 
    !> Layout of the file; raise it when what is saved changes meaning
-   integer, parameter :: format_version = 8
+   integer, parameter :: format_version = 9
 
    !> What a checkpoint must agree with beside the deck (deck_record_m): the same mesh, in size and content
    type, public :: fingerprint_t
@@ -46,6 +46,7 @@ module checkpoint_m
       !> keep(name, value, errors): save or load, whichever the checkpoint is open for: one list of names serves both
       generic :: keep => keep_real, keep_integer, keep_long, keep_logical, keep_real_1, keep_real_2, keep_integer_1, &
          keep_integer_2
+      procedure :: keep_if_any
    end type checkpoint_t
 
 contains
@@ -295,6 +296,25 @@ contains
       real(wp), allocatable, intent(inout) :: value(:, :)
       include 'keep.inc'
    end subroutine keep_real_2
+
+   !> Keep what few scenes have: saved where there is any, and there is none where none was saved.
+   subroutine keep_if_any(self, name, value, errors)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: value(:, :)
+      type(error_list_t), intent(inout) :: errors
+
+      if (self%writing) then
+         if (size(value) > 0) call self%save(name, value)
+      else
+         deallocate (value)
+         if (self%has(name)) then
+            call self%keep(name, value, errors)
+         else
+            allocate (value(2, 0))
+         end if
+      end if
+   end subroutine keep_if_any
 
    subroutine keep_integer_1(self, name, value, errors)
       integer, allocatable, intent(inout) :: value(:)
