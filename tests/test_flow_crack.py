@@ -1,12 +1,26 @@
 """Fluid that opens a crack along a given line."""
 
+import h5py
 import numpy as np
 import pytest
 
 from cohesive_crack import Rock, cohesive_crack
 from flow_grid import close, run, snapshots, table
-from fluid_crack import LONGEST, NOTCH_OPEN, POISSON, RATE, WIDTH, YOUNG, half_a_crack, injection
+from fluid_crack import (
+    LONGEST,
+    NOTCH_OPEN,
+    POISSON,
+    RATE,
+    WIDTH,
+    YOUNG,
+    crack_found,
+    half_a_crack,
+    injection,
+    viscous_injection,
+    viscous_mesh,
+)
 from test_repeat import assert_same, stop_and_go_on
+from viscous_crack import Case, viscous_crack
 
 
 def test_fluid_opens_a_crack_and_fills_it(femdem, tmp_path):
@@ -138,3 +152,106 @@ def test_a_line_for_cracks_is_one_of_the_mesh(femdem, tmp_path):
     done = run(femdem, tmp_path, injection([0.2], 4, curve="patj"), "--check")
     assert done.returncode == 2
     assert "did you mean 'path'?" in done.stderr
+
+
+def fluid_in(folder, fields):
+    """What the nodes hold, where a run has left it (nodes) [m2], for a snapshot, and what is open at them"""
+    with h5py.File(folder / "results" / "fields.h5") as file:
+        x, joints = file["mesh/coordinates"][:], file["mesh/joints"][:, :2]
+    half = 0.5 * np.linalg.norm(x[joints[:, 1]] - x[joints[:, 0]], axis=1)
+    conducts = fields["hydraulic_aperture_mm"] > 0
+    places, place = np.unique(np.round(x, 9), axis=0, return_inverse=True)
+    capacity = np.zeros(len(places))
+    for end in (0, 1):
+        np.add.at(capacity, place[joints[conducts, end]], (1e-3 * half * fields["aperture_mm"])[conducts])
+    saturation = np.zeros(len(places))
+    saturation[place] = np.nan_to_num(fields["fluid_saturation"])
+    return saturation * capacity, capacity
+
+
+@pytest.mark.fast
+def test_a_viscous_fluid_opens_a_crack(femdem, tmp_path):
+    """KGD, viscosity: the similarity solution, and the same laws without a mesh; no fluid is lost, and none pulls"""
+    case, times = Case(), [1.25, 2.5]
+    well = viscous_mesh(tmp_path, case, 0.9)
+    x, _, found = snapshots(femdem, tmp_path, viscous_injection(case, times))
+    before = fluid_in(tmp_path, found[1])[0].sum()
+    for time, fields, alone in zip(times, found[2:], viscous_crack(case, times), strict=True):
+        errors = np.array(crack_found(case, well, x, fields)) / case.similarity(time) - 1
+        # An element more or less
+        assert (abs(errors) <= [1.01 * case.size / case.similarity(time)[0], 0.04, 0.06]).all(), errors
+        beside = np.array(crack_found(case, well, x, fields)) / alone - 1
+        assert (abs(beside) <= [1.01 * case.size / alone[0], 0.03, 0.04]).all(), beside
+        held, capacity = fluid_in(tmp_path, fields)
+        assert held.sum() - before == close(case.rate / 2 * time, 1e-9)
+        pressure = fields["fluid_pressure"][np.isfinite(fields["fluid_pressure"])]
+        assert pressure.min() >= 0
+        assert (held <= 1.001 * capacity + 1e-3 * case.rate * time).all()
+
+
+@pytest.mark.fast
+def test_the_drawing_does_not_matter_to_a_viscous_fluid(femdem, tmp_path):
+    """Turned by a right angle, and in half the longest step"""
+    case, answers = Case(confined=10e6), []
+    turned = {"vx =": "vy =", "vy =": "vx =", "ty = -": "tx = ", "ty = ": "tx = -", "tx = -": "ty = -"}
+    for name, angle, longest in (("drawn", 0.0, 0.08), ("turned", 90.0, 0.08), ("half", 0.0, 0.04)):
+        folder = tmp_path / name
+        folder.mkdir()
+        well = viscous_mesh(folder, case, 0.6, angle=angle)
+        lines = viscous_injection(case, [1.0], longest).splitlines(keepends=True)
+        if angle:
+            for number, line in enumerate(lines):
+                for before, after in turned.items():
+                    if line.startswith("&boundary") and before in line:
+                        lines[number] = line.replace(before, after)
+                        break
+        x, _, found = snapshots(femdem, folder, "".join(lines))
+        answers.append(crack_found(case, well, x, found[-1]))
+    assert answers[1] == pytest.approx(answers[0], rel=1e-3)
+    assert answers[2][1:] == pytest.approx(answers[0][1:], rel=0.03)
+    assert abs(answers[2][0] - answers[0][0]) <= 1.01 * case.size
+
+
+@pytest.mark.fast
+def test_fluid_lags_behind_the_tip_where_little_confines_the_rock(femdem, tmp_path):
+    case = Case(confined=2e6)
+    viscous_mesh(tmp_path, case, 1.2)
+    _, _, found = snapshots(femdem, tmp_path, viscous_injection(case, [1.0]))
+    held, capacity = fluid_in(tmp_path, found[-1])
+    dry = (capacity > 0) & (held < 0.5 * capacity)
+    assert dry.sum() >= 2
+    with h5py.File(tmp_path / "results" / "fields.h5") as file:
+        x = file["mesh/coordinates"][:]
+    tip = np.nanmax(np.where(found[-1]["fluid_saturation"] >= 0, x[:, 0], np.nan))
+    front = np.nanmax(np.where(found[-1]["fluid_pressure"] > 0, x[:, 0], np.nan))
+    assert front < tip - case.size
+    stopped = tmp_path / "stopped"
+    deck = viscous_injection(case, [1.0], parts=6)
+    snapshots(femdem, tmp_path, deck)
+    assert stop_and_go_on(femdem, tmp_path / "deck.nml", stopped, 2) >= 1
+    assert_same(tmp_path / "results", stopped, ("history.csv", "edges.csv", "flow.csv", "cracks.csv"))
+
+
+@pytest.mark.long
+def test_a_crack_that_viscosity_holds_back(femdem, tmp_path):
+    """KGD, viscosity (Adachi and Detournay 2002): elements of 25 mm, three times: 5 % of all (tests/bench/kgd_viscosity.py)"""
+    case, times = Case(size=0.025), [2.5, 5.0, 10.0]
+    well = viscous_mesh(tmp_path, case, 2.0)
+    x, _, found = snapshots(femdem, tmp_path, viscous_injection(case, times), timeout=3000)
+    for time, fields in zip(times, found[2:], strict=True):
+        errors = np.array(crack_found(case, well, x, fields)) / case.similarity(time) - 1
+        assert (abs(errors) <= 0.05).all(), errors
+
+
+@pytest.mark.fast
+def test_fluid_lag_needs_time_and_rock_that_is_tight(femdem, tmp_path):
+    half_a_crack(tmp_path)
+    deck = injection([0.2], 4).replace("max_passes", "fluid_lag = .true., max_passes")
+    assert run(femdem, tmp_path, deck, "--check").returncode == 0
+    steady = "".join(line for line in deck.splitlines(keepends=True) if not line.startswith("&transient"))
+    done = run(femdem, tmp_path, steady, "--check")
+    assert done.returncode == 2
+    assert "fluid_lag = .true. needs coupling = 'two-way' and &transient" in done.stderr
+    done = run(femdem, tmp_path, deck + "&porous group = 'rock', permeability = 1e-18 /\n", "--check")
+    assert done.returncode == 2
+    assert "permeability must be 0 with fluid_lag of &flow" in done.stderr

@@ -67,7 +67,12 @@ def test_shear_that_is_stopped(name, rows, femdem, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("solver", "law", "rows"), [("implicit", "jcm", 2), ("relaxation", "jcm", 1), ("explicit", "coulomb", 2)]
+    ("solver", "law", "rows"),
+    [
+        pytest.param("implicit", "jcm", 2, marks=pytest.mark.fast),
+        ("relaxation", "jcm", 1),
+        ("explicit", "coulomb", 2),
+    ],
 )
 def test_a_crossing_that_is_stopped(solver, law, rows, femdem, tmp_path):
     """Corners know what they have done in the stage, what they hold and what they press with."""

@@ -23,6 +23,8 @@ module flow_group_m
       character(len=option_length) :: hydraulic = 'equal'
       !> Damage of a crack from which on fluid gets into it [-]: 1 when it has broken
       real(wp) :: fluid_enters = 1.0_wp
+      !> May fluid lag behind the tip of a crack? What opens then fills only as fast as fluid gets there
+      logical :: fluid_lag = .false.
       !> Is the equivalent permeability of the model found at every output time?
       logical :: permeability = .true.
    end type flow_t
@@ -63,6 +65,7 @@ contains
       call variables%keep('max_passes', flow%max_passes)
       call variables%keep('hydraulic', flow%hydraulic)
       call variables%keep('fluid_enters', flow%fluid_enters)
+      call variables%keep('fluid_lag', flow%fluid_lag)
       call variables%keep('permeability', flow%permeability)
    end subroutine name_variables
 

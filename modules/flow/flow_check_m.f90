@@ -65,6 +65,7 @@ contains
       end do
       if (deck%transient%line > 0) call check_transient(deck, errors)
       if (deck%flow%coupling == 'two-way') call check_two_way(deck, errors)
+      if (deck%flow%fluid_lag) call check_fluid_lag(deck, errors)
       if (size(deck%flow_boundary) > 0 .and. .not. any(is_set(deck%flow_boundary%pressure)) .and. deck%transient%line == 0) &
          call errors%add(at(deck, deck%flow_boundary(1)%line, 'flow_boundary')//'no &flow_boundary gives a pressure: steady '// &
                          'flow needs one at least')
@@ -92,6 +93,20 @@ contains
          call errors%add(at(deck, deck%pore_pressure(1)%line, 'pore_pressure')//'the pressure is found with '//two_way// &
                          'of &flow; leave out one of them')
    end subroutine check_two_way
+
+   !> Fluid that fills what opens needs time and walls that move; what rock gives and takes is not known to it.
+   subroutine check_fluid_lag(deck, errors)
+      type(deck_t), intent(in) :: deck
+      type(error_list_t), intent(inout) :: errors
+      integer :: i
+
+      if (deck%flow%coupling /= 'two-way' .or. deck%transient%line == 0) &
+         call errors%add(at(deck, deck%flow%line, 'flow')//'fluid_lag = .true. needs coupling = ''two-way'' and &transient: '// &
+                         'fluid fills cracks in time')
+      i = findloc(deck%porous%permeability > 0.0_wp, .true., dim=1)
+      if (i > 0) call errors%add(at(deck, deck%porous(i)%line, 'porous')//'permeability must be 0 with fluid_lag '// &
+                                 'of &flow: fluid that may lag behind a tip stays in fractures and cracks')
+   end subroutine check_fluid_lag
 
    !> Flow that changes with time is flow alone or two-way coupled, and something drives it.
    subroutine check_transient(deck, errors)

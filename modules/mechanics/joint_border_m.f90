@@ -24,7 +24,7 @@ module joint_border_m
    private
 
    public :: set_penalty, settle, largest_closure, couple_walls, couple_potential, press_softer, begin_tangents, joint_stiffness, &
-             stiffness_at_points, answer_of, are_apart, show_bond
+             stiffness_at_points, answer_of, are_apart, pressing, show_bond
 
    !> How a joint answers a small motion of its walls, for the tangent of the implicit solver
    type, public :: joint_answer_t
@@ -441,6 +441,13 @@ contains
    end function are_apart
 
    ! ---- Cracks ------------------------------------------------------------------------------------------------------------
+
+   !> Stress that the walls of a joint element press on each other with, 0 where they do not [Pa].
+   elemental real(wp) function pressing(point)
+      type(joint_point_t), intent(in) :: point
+
+      pressing = max(0.0_wp, point%sn)*megapascal
+   end function pressing
 
    !> Let the joint element of a bond show what the bond feels: slip, opening, stresses.
    pure subroutine show_bond(frame, normal, shear, point, opening, open_aperture)

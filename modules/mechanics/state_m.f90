@@ -55,6 +55,8 @@ module state_m
       real(wp), allocatable :: pressure(:), rate(:), inflow(:)
       !> Was there fluid between the walls? 1 yes, 0 no (joints)
       integer, allocatable :: filled(:)
+      !> What each node holds, where fluid may lag behind the tip of a crack (nodes of the mesh as read) [m2]; not allocated else
+      real(wp), allocatable :: content(:)
       !> Last step of time (0: none yet), step that the error allows [s], largest change of pressure so far [Pa]
       real(wp) :: last = 0.0_wp, wanted = 0.0_wp, range = 0.0_wp
       !> What was left in that step of the inflows after what was taken up, over the larger of both [-]

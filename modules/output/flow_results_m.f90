@@ -7,6 +7,7 @@ module flow_results_m
    use field_list_m, only: field_list_t, on_nodes, on_triangles, on_joints
    use flow_check_m, only: has_flow, is_flow_alone
    use flow_m, only: no_pressure
+   use fluid_front_m, only: find_capacity
    use flow_domain_m, only: flow_domain_t, boundary_flow_t, init_flow_domain, set_lines, set_apertures, set_storage, &
                             solve_boundary_flow, known_flow, solve_permeability
    use history_m, only: history_t, column_length
@@ -43,6 +44,8 @@ module flow_results_m
       type(history_t) :: permeability, flow
       !> The last solution for the boundary conditions
       type(boundary_flow_t) :: solution
+      !> Part of what is open that is full of fluid, where it may lag behind the tip of a crack (nodes of the mesh as read) [-]
+      real(wp), allocatable :: saturation(:)
    contains
       procedure :: open => open_flow_results
       procedure :: take
@@ -130,6 +133,7 @@ contains
       if (self%model%deck%transient%line > 0) then
          if (present(fluid)) then
             call known_flow(self%model, fluid%pressure, fluid%inflow, fluid%imbalance, self%solution)
+            if (allocated(fluid%content)) self%saturation = saturation_of(self%model, fluid%pressure, fluid%content)
             return
          end if
          call set_storage(self%model, self%mesh)
@@ -137,6 +141,20 @@ contains
       end if
       if (size(self%model%boundary) > 0) call solve_boundary_flow(self%model, self%solution, errors)
    end subroutine take
+
+   !> Part of what is open at each node that is full (nodes) [-].
+   function saturation_of(model, pressure, content) result(saturation)
+      !> With its apertures
+      type(flow_domain_t), intent(in) :: model
+      !> (nodes) [Pa], [m2]
+      real(wp), intent(in) :: pressure(:), content(:)
+      real(wp) :: saturation(size(content))
+      real(wp) :: capacity(size(content))
+
+      capacity = find_capacity(model, pressure)
+      saturation = no_pressure()
+      where (capacity > 0.0_wp) saturation = content/capacity
+   end function saturation_of
 
    !> A row in each table.
    subroutine write_row(self, moment, errors, permeability)
@@ -216,6 +234,9 @@ contains
       associate (field => self%solution%field)
          call list%add('fluid_pressure', 'Pa', 'pressure of the fluid; not a number where there is none', on_nodes, &
                        field%pressure(origin))
+         if (allocated(self%saturation)) &
+            call list%add('fluid_saturation', '-', 'part of what is open that fluid fills; not a number where nothing is', &
+                          on_nodes, self%saturation(origin))
          call list%add('flow_along', 'm2/s', 'flow along each joint element from A to B, for a metre of thickness', on_joints, &
                        field%along)
          if (any(self%model%conductors%mobility > 0.0_wp)) &

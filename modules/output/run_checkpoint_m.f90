@@ -107,7 +107,7 @@ contains
       type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
-      logical :: keeps_fluid
+      logical :: keeps_fluid, keeps_content
       integer :: i
 
       ! Motion
@@ -144,6 +144,9 @@ contains
          call file%keep('fluid_rate', state%fluid%rate, errors)
          call file%keep('fluid_inflow', state%fluid%inflow, errors)
          call file%keep('fluid_filled', state%fluid%filled, errors)
+         keeps_content = allocated(state%fluid%content)
+         if (.not. file%writing) keeps_content = file%has('fluid_content')
+         if (keeps_content) call file%keep('fluid_content', state%fluid%content, errors)
          call file%keep('fluid_last', state%fluid%last, errors)
          call file%keep('fluid_wanted', state%fluid%wanted, errors)
          call file%keep('fluid_range', state%fluid%range, errors)

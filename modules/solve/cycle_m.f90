@@ -4,6 +4,7 @@ module cycle_m
    use stopwatch_m, only: now_doing, work_cracks, work_other
    use cracks_m, only: breaks_t
    use errors_m, only: error_list_t
+   use interrupt_m, only: stop_wanted
    use log_m, only: log_t, progress_t
    use model_m, only: model_t
    use state_m, only: state_t
@@ -12,7 +13,7 @@ module cycle_m
    use explicit_m, only: explicit_cycle, cycle_report_t, march_t
    use implicit_m, only: implicit_cycle, enter_stage, settle, implicit_solver_t
    use relaxation_m, only: relaxation_cycle, relaxation_place_t
-   use fluid_coupling_m, only: fluid_coupling_t, is_two_way, hold_pressure, start_cycle, end_pass, go_on_broken
+   use fluid_coupling_m, only: fluid_coupling_t, is_two_way, hold_pressure, start_cycle, end_pass, go_on_broken, halve_step
    implicit none
    private
 
@@ -66,6 +67,7 @@ contains
       !> rock break, and they have to agree anew.
       subroutine coupled_cycle()
          type(breaks_t) :: breaks
+         type(error_list_t) :: failed
 
          associate (fluid => solvers%fluid, solver => solvers%implicit)
             solver%cracks_wait = .true.
@@ -78,10 +80,20 @@ contains
                if (fluid%settles) then
                   call settle(solver, model, stage, cycle, state, report, errors)
                else
-                  call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, errors, fluid%part)
+                  call implicit_cycle(solver, model, stage, cycle, log, progress, state, report, failed, fluid%part)
+                  if (failed%any() .and. fluid%may_be_halved(model)) then
+                     failed = error_list_t()
+                     call halve_step(fluid, model, stage, cycle, state, errors)
+                     report%interrupted = stop_wanted()
+                     if (report%interrupted) return
+                     cycle
+                  end if
+                  call errors%append(failed)
                end if
                if (errors%any() .or. report%interrupted) return
-               call end_pass(fluid, model, stage, cycle, state, breaks, errors)
+               call end_pass(fluid, solver, model, stage, cycle, state, breaks, errors)
+               if (.not. fluid%over) report%interrupted = stop_wanted()
+               if (report%interrupted) return
                if (errors%any() .or. .not. breaks%any()) cycle
                call recut(model, breaks, solver%level(), state)
                call go_on_broken(fluid, model, cycle, state)

@@ -17,7 +17,10 @@ module fluid_coupling_m
    use forces_m, only: find_forces
    use flow_domain_m, only: flow_domain_t, boundary_flow_t, init_flow_domain, set_moment, set_lines, set_apertures, &
                             solve_boundary_flow, boundary_values
+   use fluid_front_m, only: front_balance_t, find_capacity, find_balance, wet_nodes, newton_step, longest_part
+   use implicit_m, only: implicit_solver_t
    use fluid_storage_m, only: fluid_storage_t, start_storage, begin_balance, make_room, pressure_in_time
+   use joint_border_m, only: pressing
    use joint_law_m, only: law_item_t
    use loads_m, only: push_t
    use pore_pressure_m, only: press_rock, press_walls
@@ -27,7 +30,21 @@ module fluid_coupling_m
    implicit none
    private
 
-   public :: conducting_lines, mobilised_roughness, is_two_way, hold_pressure, start_cycle, end_pass, go_on_broken
+   public :: conducting_lines, mobilised_roughness, is_two_way, hold_pressure, start_cycle, end_pass, go_on_broken, halve_step
+
+   !> Newton's way to the pressures of a step, where fluid may lag behind the tip of a crack
+   type :: front_t
+      !> Pressures that came nearest so far, the step from there (nodes of the mesh as read) [Pa], the part of it that is tried
+      real(wp), allocatable :: pressure(:), step(:)
+      real(wp) :: part = 0.0_wp
+      !> What they missed [m2]; parts tried since
+      real(wp) :: missed = 0.0_wp
+      integer :: halvings = 0
+      !> What the nodes hold at the end of the step, what flows in then (nodes of the mesh as read) [m2, m2/s]; what was missed over
+      !> what was injected [-]
+      real(wp), allocatable :: content(:), inflow(:)
+      real(wp) :: imbalance = 0.0_wp
+   end type front_t
 
    !> What the coupling needs besides model and state
    type, public :: fluid_coupling_t
@@ -36,6 +53,7 @@ module fluid_coupling_m
       type(flow_domain_t) :: model
       type(fluid_storage_t) :: storage
       type(anderson_t) :: past
+      type(front_t) :: front
       !> Loads of the fluid for the next pass
       type(push_t), public :: push
       !> Start and end of the step as parts of the cycle
@@ -51,12 +69,21 @@ module fluid_coupling_m
       !> Rock that may break: last pressures that were too low and too high for what they open (nodes of the mesh as read) [Pa]; not
       !> allocated: none yet
       real(wp), allocatable :: low(:), high(:)
+   contains
+      procedure :: may_be_halved
    end type fluid_coupling_t
 
    !> Rock that may break: passes after which pressures are sought between one too low and one too high, and the difference of these
    !> over the higher one at which none in between agrees [-]
    integer, parameter :: steady_passes = 8
    real(wp), parameter :: jump = 2.0e-3_wp
+   !> Fluid that may lag: a pass must miss less than the best before by this part of what Newton's step promises, after so many
+   !> halvings of it at the most. Passes after which the step of time is halved; growth of the next one
+   real(wp), parameter :: sufficient = 1.0e-4_wp
+   integer, parameter :: most_halvings = 3, most_newton = 15
+   real(wp), parameter :: front_growth = 1.4_wp
+   !> Shortest of its steps over that of the deck [-]: elements hold their fluid at nodes that then do not hear of each other
+   real(wp), parameter :: shortest_front = 1.0e-6_wp
    !> A remainder of a cycle that is rounding of its parts [-]
    real(wp), parameter :: rounding = 1.0e-9_wp
    !> Shortest step over the first one of the deck [-]
@@ -125,7 +152,7 @@ contains
       self%pressure = state%fluid%pressure
       if (model%deck%transient%line > 0) then
          call begin_balance(self%storage, self%model, model%split, state)
-         self%pressure = self%pressure + duration(self, model, stage)*state%fluid%rate
+         if (.not. model%deck%flow%fluid_lag) self%pressure = self%pressure + duration(self, model, stage)*state%fluid%rate
          call boundary_values(self%model, fixed, prescribed, owner)
          where (fixed) self%pressure = prescribed
       else
@@ -170,8 +197,10 @@ contains
 
    !> A pass is done: do its apertures lead to the pressure that it had? Then rock may break, and else the step is over. If not,
    !> back to where the passes started, with a pressure nearer to that.
-   subroutine end_pass(self, model, stage, cycle, state, breaks, errors)
+   subroutine end_pass(self, solver, model, stage, cycle, state, breaks, errors)
       type(fluid_coupling_t), intent(inout) :: self
+      !> That found the rest
+      type(implicit_solver_t), intent(inout) :: solver
       type(model_t), intent(in) :: model
       !> Stage and cycle, from 1
       integer, intent(in) :: stage, cycle
@@ -182,6 +211,10 @@ contains
       real(wp), allocatable :: found(:), miss(:), step(:), inflow(:)
       real(wp) :: apart, scale, imbalance
 
+      if (model%deck%flow%fluid_lag) then
+         call end_front_pass(self, solver, model, stage, cycle, state, breaks, errors)
+         return
+      end if
       call take_apertures(self, model, self%start, state)
       call find_pressure(self, model, state, stage, found, inflow, imbalance, errors)
       if (errors%any()) return
@@ -233,6 +266,16 @@ contains
          call self%past%took(step)
          self%pressure = self%pressure + step
       end if
+      call try_again(self, model, cycle, state)
+   end subroutine end_pass
+
+   !> Back to where the passes started, with another pressure.
+   subroutine try_again(self, model, cycle, state)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: cycle
+      type(state_t), intent(inout) :: state
+
       self%move = state%u - self%start%u
       call set_push(self, model, cycle)
       state = self%start
@@ -240,7 +283,129 @@ contains
       if (self%settles) return
       state%guess%move = self%move
       state%guess%move_part = self%part(2) - self%part(1)
-   end subroutine end_pass
+   end subroutine try_again
+
+   !> A pass of fluid that may lag behind the tip of a crack (fluid_front_m): does the fluid go where there is room for it? If not,
+   !> back with the pressures of Newton's method, or half of its last step, or half of the time. Then rock may break, at these
+   !> pressures, and fluid gets into what has broken from the next step on.
+   subroutine end_front_pass(self, solver, model, stage, cycle, state, breaks, errors)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(implicit_solver_t), intent(inout) :: solver
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: stage, cycle
+      type(state_t), intent(inout) :: state
+      type(breaks_t), intent(out) :: breaks
+      type(error_list_t), intent(inout) :: errors
+      type(front_balance_t) :: balance
+      real(wp) :: missed, through
+      logical :: nearer
+
+      if (.not. self%settles) then
+         call take_apertures(self, model, self%start, state)
+         call find_balance(self%model, self%before%fluid%content, duration(self, model, stage), self%pressure, balance, errors)
+         if (errors%any()) return
+         self%pass = self%pass + 1
+         missed = norm2(balance%missed)
+         ! Where next to nothing flows what there is counts
+         through = max(duration(self, model, stage)*max(maxval(abs(balance%inflow)), maxval(abs(balance%along))), &
+                       least_change*maxval(balance%capacity))
+         associate (front => self%front)
+            if (maxval(abs(balance%missed)) > model%deck%flow%tolerance*through) then
+               nearer = self%pass == 1
+               if (.not. nearer) nearer = missed <= (1.0_wp - sufficient*front%part)*front%missed
+               if (nearer) then
+                  call step_from(self, solver, model, duration(self, model, stage), state, balance, nearer)
+                  front%missed = missed
+               else
+                  front%part = 0.5_wp*front%part
+                  front%halvings = front%halvings + 1
+                  nearer = front%halvings <= most_halvings
+               end if
+               if (nearer .and. self%pass < min(most_newton, model%deck%flow%max_passes)) then
+                  self%pressure = front%pressure
+                  where (.not. balance%fixed) self%pressure = max(0.0_wp, front%pressure + front%part*front%step)
+                  call try_again(self, model, cycle, state)
+               else
+                  call halve_step(self, model, stage, cycle, state, errors)
+               end if
+               return
+            end if
+            front%content = max(0.0_wp, self%before%fluid%content + duration(self, model, stage)*balance%net)
+            front%inflow = balance%inflow
+            front%imbalance = sum(balance%missed)/max(through, tiny(through))
+         end associate
+      end if
+      if (model%can_break) then
+         call find_breaks(model, state, breaks)
+         if (breaks%any()) return
+      end if
+      state%fluid%pressure = self%pressure
+      state%fluid%filled = merge(1, 0, holds_fluid(model, state))
+      state%fluid%content = self%front%content
+      state%fluid%inflow = self%front%inflow
+      state%fluid%imbalance = self%front%imbalance
+      state%fluid%last = duration(self, model, stage)
+      if (model%deck%transient%steps == 'adaptive') &
+         state%fluid%wanted = min(model%deck%transient%step, front_growth*max(self%before%fluid%wanted, state%fluid%last))
+      self%over = self%part(2) >= 1.0_wp
+      if (.not. self%over) call start_step(self, model, stage, cycle, state, errors)
+   end subroutine end_front_pass
+
+   !> Newton's step from pressures that come nearer than those before.
+   subroutine step_from(self, solver, model, duration, state, balance, found)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(implicit_solver_t), intent(inout) :: solver
+      type(model_t), intent(in) :: model
+      !> [s]
+      real(wp), intent(in) :: duration
+      !> At rest under the pressures
+      type(state_t), intent(inout) :: state
+      type(front_balance_t), intent(in) :: balance
+      !> Is there one?
+      logical, intent(out) :: found
+      integer, allocatable :: node(:)
+      real(wp), allocatable :: answer(:, :)
+
+      associate (front => self%front, domain => self%model)
+         front%pressure = self%pressure
+         front%halvings = 0
+         node = wet_nodes(balance, self%pressure)
+         call solver%answer_of_walls(model, state, node, holds_fluid(model, self%start), answer, found)
+         if (.not. found) return
+         where (spread(domain%given_mm >= 0.0_wp, 2, size(node))) answer = 0.0_wp
+         call newton_step(domain, balance, node, answer, duration, self%pressure, front%step, found)
+         if (found) front%part = longest_part(domain, node, answer, pressing(state%joint), front%step)
+      end associate
+   end subroutine step_from
+
+   !> May a step that found no rest be tried in half the time?
+   pure logical function may_be_halved(self, model)
+      class(fluid_coupling_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+
+      may_be_halved = model%deck%flow%fluid_lag .and. .not. self%settles
+   end function may_be_halved
+
+   !> Half a step of time from where the last one ended.
+   subroutine halve_step(self, model, stage, cycle, state, errors)
+      type(fluid_coupling_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: stage, cycle
+      type(state_t), intent(inout) :: state
+      type(error_list_t), intent(inout) :: errors
+
+      self%before%fluid%wanted = 0.5_wp*duration(self, model, stage)
+      state = self%before
+      self%part(2) = self%part(1)
+      if (model%deck%transient%steps == 'fixed' .or. state%fluid%wanted < shortest_front*model%deck%transient%step) then
+         call errors%add('flow at '//to_text(state%time)//' s: pressures of the fluid and apertures do not agree in a step of '// &
+                         to_text(2.0_wp*state%fluid%wanted)//' s; '//trim(merge('try steps = ''adaptive'' of &transient     ', &
+                                                                                'steps so short ring; try smaller elements', &
+                                                                                model%deck%transient%steps == 'fixed')))
+         return
+      end if
+      call start_step(self, model, stage, cycle, state, errors)
+   end subroutine halve_step
 
    !> Is there next to nothing between a pressure that is too low and one that is too high?
    pure logical function is_jump(self)
@@ -360,6 +525,9 @@ contains
       call find_forces(model, 0.0_wp, unstrained, searched)
       state%aperture = unstrained%aperture
       state%fluid%pressure = model%deck%transient%initial_pressure
+      if (.not. model%deck%flow%fluid_lag) return
+      call take_apertures(self, model, state, state)
+      state%fluid%content = find_capacity(self%model, state%fluid%pressure)
    end subroutine start_coupling
 
    !> Loads that go from those of the fluid at the start of a step to those of the pressure tried at its end; those alone once rock

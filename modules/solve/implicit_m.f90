@@ -21,8 +21,13 @@ module implicit_m
    use increment_m, only: account_increment, has_left, slip_watch_t
    use corners_m, only: corner_choices_t, decide_corners, press_further, press_back, any_passed, free_choices, any_chosen, &
                         most_pressed, most_chosen
-   use sparse_system_m, only: kept_matrix_t, matrix_of
-   use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, free_norm
+   use joint_kinematics_m, only: joint_frame_t, joint_kinematics
+   use pore_pressure_m, only: press_walls
+   use stopwatch_m, only: now_doing, work_solves, work_other
+   use sparse_lu_m, only: linear_ok
+   use sparse_system_m, only: kept_matrix_t, matrix_of, gather, scatter
+   use newton_m, only: newton_t, newton_increment_t, start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, &
+                       free_norm, renew_matrix, factor_matrix
    implicit none
    private
 
@@ -68,6 +73,7 @@ module implicit_m
       procedure :: matrix => matrix_in_use
       procedure :: level => load_level
       procedure :: matrix_number
+      procedure :: answer_of_walls
       procedure :: close => close_solver
    end type implicit_solver_t
 
@@ -534,6 +540,64 @@ contains
       end associate
       report%unbalanced = unbalanced_ratio(model%loads, state)
    end subroutine give_up_cycle
+
+   !> How far the walls of joint elements part for a pascal more at single nodes between them, at rest: the tangent's answer.
+   subroutine answer_of_walls(self, model, state, node, filled, answer, found)
+      class(implicit_solver_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      !> At rest, found by this solver
+      type(state_t), intent(inout) :: state
+      !> Nodes of the mesh as read
+      integer, intent(in) :: node(:)
+      !> Is the pressure felt between the walls? (joints)
+      logical, intent(in) :: filled(:)
+      !> (joints, nodes given) [m/Pa]
+      real(wp), allocatable, intent(out) :: answer(:, :)
+      !> Has the matrix factors?
+      logical, intent(out) :: found
+      real(wp) :: in_rock(size(model%split%triangle, 2)), in_crack(size(filled)), force(2, size(state%u, 2)), &
+                  motion(2, size(state%u, 2)), step(self%system%unknowns), normal(2, size(filled))
+      type(joint_frame_t) :: frame
+      integer :: j, k, status
+      logical :: outside
+
+      allocate (answer(size(filled), size(node)), source=0.0_wp)
+      call renew_matrix(self, model, self%way%increment, state, outside)
+      found = .not. (outside .or. allocated(self%failure))
+      if (found) call factor_matrix(self)
+      found = found .and. self%factored
+      if (.not. found) return
+      do j = 1, size(filled)
+         associate (corner => model%split%joint(:, j))
+            frame = joint_kinematics(model%split%x(:, corner), state%u(:, corner))
+            normal(:, j) = frame%j
+         end associate
+      end do
+      in_rock = 0.0_wp
+      call now_doing(work_solves)
+      do k = 1, size(node)
+         in_crack = 0.0_wp
+         do j = 1, size(filled)
+            if (filled(j) .and. any(model%split%origin(model%split%joint(1:2, j)) == node(k))) in_crack(j) = 0.5_wp
+         end do
+         force = 0.0_wp
+         call press_walls(model%split, in_rock, in_crack, filled, force)
+         call gather(self%system, force, step)
+         call self%lu%solve(step, status)
+         found = status == linear_ok
+         if (.not. found) exit
+         motion = 0.0_wp
+         call scatter(self%system, 1.0_wp, step, motion)
+         do j = 1, size(filled)
+            if (.not. filled(j)) cycle
+            associate (corner => model%split%joint(:, j))
+               answer(j, k) = 0.5_wp*dot_product(normal(:, j), motion(:, corner(3)) - motion(:, corner(1)) &
+                                                 + motion(:, corner(4)) - motion(:, corner(2)))
+            end associate
+         end do
+      end do
+      call now_doing(work_other)
+   end subroutine answer_of_walls
 
    !> Loads at the end of the last increment, 0 to 1 over the stage.
    pure real(wp) function load_level(self) result(level)

@@ -22,7 +22,7 @@ module newton_m
    implicit none
    private
 
-   public :: start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, free_norm
+   public :: start_increment_at, lay_out, lay_out_as_kept, equilibrate, evaluate, free_norm, renew_matrix, factor_matrix
 
    !> What Newton's method remembers from one increment to the next
    type, public :: newton_t
