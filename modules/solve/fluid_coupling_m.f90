@@ -17,10 +17,10 @@ module fluid_coupling_m
    use forces_m, only: find_forces
    use flow_domain_m, only: flow_domain_t, boundary_flow_t, init_flow_domain, set_moment, set_lines, set_apertures, &
                             solve_boundary_flow, boundary_values
-   use fluid_front_m, only: front_balance_t, find_capacity, find_balance, wet_nodes, newton_step, longest_part
+   use fluid_front_m, only: find_capacity
+   use front_passes_m, only: front_t, pass_agrees, pass_next, pass_fails
    use implicit_m, only: implicit_solver_t
    use fluid_storage_m, only: fluid_storage_t, start_storage, begin_balance, make_room, pressure_in_time
-   use joint_border_m, only: pressing
    use joint_law_m, only: law_item_t
    use loads_m, only: push_t
    use pore_pressure_m, only: press_rock, press_walls
@@ -31,20 +31,6 @@ module fluid_coupling_m
    private
 
    public :: conducting_lines, mobilised_roughness, is_two_way, hold_pressure, start_cycle, end_pass, go_on_broken, halve_step
-
-   !> Newton's way to the pressures of a step, where fluid may lag behind the tip of a crack
-   type :: front_t
-      !> Pressures that came nearest so far, the step from there (nodes of the mesh as read) [Pa], the part of it that is tried
-      real(wp), allocatable :: pressure(:), step(:)
-      real(wp) :: part = 0.0_wp
-      !> What they missed [m2]; parts tried since
-      real(wp) :: missed = 0.0_wp
-      integer :: halvings = 0
-      !> What the nodes hold at the end of the step, what flows in then (nodes of the mesh as read) [m2, m2/s]; what was missed over
-      !> what was injected [-]
-      real(wp), allocatable :: content(:), inflow(:)
-      real(wp) :: imbalance = 0.0_wp
-   end type front_t
 
    !> What the coupling needs besides model and state
    type, public :: fluid_coupling_t
@@ -77,10 +63,7 @@ module fluid_coupling_m
    !> over the higher one at which none in between agrees [-]
    integer, parameter :: steady_passes = 8
    real(wp), parameter :: jump = 2.0e-3_wp
-   !> Fluid that may lag: a pass must miss less than the best before by this part of what Newton's step promises, after so many
-   !> halvings of it at the most. Passes after which the step of time is halved; growth of the next one
-   real(wp), parameter :: sufficient = 1.0e-4_wp
-   integer, parameter :: most_halvings = 3, most_newton = 15
+   !> Fluid that may lag: growth of the step of time after one that was found
    real(wp), parameter :: front_growth = 1.4_wp
    !> Shortest of its steps over that of the deck [-]: elements hold their fluid at nodes that then do not hear of each other
    real(wp), parameter :: shortest_front = 1.0e-6_wp
@@ -285,9 +268,8 @@ contains
       state%guess%move_part = self%part(2) - self%part(1)
    end subroutine try_again
 
-   !> A pass of fluid that may lag behind the tip of a crack (fluid_front_m): does the fluid go where there is room for it? If not,
-   !> back with the pressures of Newton's method, or half of its last step, or half of the time. Then rock may break, at these
-   !> pressures, and fluid gets into what has broken from the next step on.
+   !> A pass of fluid that may lag behind the tip of a crack: if pressures and apertures do not agree, back with others, or in
+   !> half the time. Then rock may break, at these pressures, and fluid gets into what has broken from the next step on.
    subroutine end_front_pass(self, solver, model, stage, cycle, state, breaks, errors)
       type(fluid_coupling_t), intent(inout) :: self
       type(implicit_solver_t), intent(inout) :: solver
@@ -296,44 +278,17 @@ contains
       type(state_t), intent(inout) :: state
       type(breaks_t), intent(out) :: breaks
       type(error_list_t), intent(inout) :: errors
-      type(front_balance_t) :: balance
-      real(wp) :: missed, through
-      logical :: nearer
+      integer :: verdict
 
       if (.not. self%settles) then
          call take_apertures(self, model, self%start, state)
-         call find_balance(self%model, self%before%fluid%content, duration(self, model, stage), self%pressure, balance, errors)
-         if (errors%any()) return
          self%pass = self%pass + 1
-         missed = norm2(balance%missed)
-         ! Where next to nothing flows what there is counts
-         through = max(duration(self, model, stage)*max(maxval(abs(balance%inflow)), maxval(abs(balance%along))), &
-                       least_change*maxval(balance%capacity))
-         associate (front => self%front)
-            if (maxval(abs(balance%missed)) > model%deck%flow%tolerance*through) then
-               nearer = self%pass == 1
-               if (.not. nearer) nearer = missed <= (1.0_wp - sufficient*front%part)*front%missed
-               if (nearer) then
-                  call step_from(self, solver, model, duration(self, model, stage), state, balance, nearer)
-                  front%missed = missed
-               else
-                  front%part = 0.5_wp*front%part
-                  front%halvings = front%halvings + 1
-                  nearer = front%halvings <= most_halvings
-               end if
-               if (nearer .and. self%pass < min(most_newton, model%deck%flow%max_passes)) then
-                  self%pressure = front%pressure
-                  where (.not. balance%fixed) self%pressure = max(0.0_wp, front%pressure + front%part*front%step)
-                  call try_again(self, model, cycle, state)
-               else
-                  call halve_step(self, model, stage, cycle, state, errors)
-               end if
-               return
-            end if
-            front%content = max(0.0_wp, self%before%fluid%content + duration(self, model, stage)*balance%net)
-            front%inflow = balance%inflow
-            front%imbalance = sum(balance%missed)/max(through, tiny(through))
-         end associate
+         call self%front%end_pass(solver, model, self%model, holds_fluid(model, self%start), self%before%fluid%content, &
+                                  duration(self, model, stage), self%pass, state, self%pressure, verdict, errors)
+         if (errors%any()) return
+         if (verdict == pass_next) call try_again(self, model, cycle, state)
+         if (verdict == pass_fails) call halve_step(self, model, stage, cycle, state, errors)
+         if (verdict /= pass_agrees) return
       end if
       if (model%can_break) then
          call find_breaks(model, state, breaks)
@@ -350,33 +305,6 @@ contains
       self%over = self%part(2) >= 1.0_wp
       if (.not. self%over) call start_step(self, model, stage, cycle, state, errors)
    end subroutine end_front_pass
-
-   !> Newton's step from pressures that come nearer than those before.
-   subroutine step_from(self, solver, model, duration, state, balance, found)
-      type(fluid_coupling_t), intent(inout) :: self
-      type(implicit_solver_t), intent(inout) :: solver
-      type(model_t), intent(in) :: model
-      !> [s]
-      real(wp), intent(in) :: duration
-      !> At rest under the pressures
-      type(state_t), intent(inout) :: state
-      type(front_balance_t), intent(in) :: balance
-      !> Is there one?
-      logical, intent(out) :: found
-      integer, allocatable :: node(:)
-      real(wp), allocatable :: answer(:, :)
-
-      associate (front => self%front, domain => self%model)
-         front%pressure = self%pressure
-         front%halvings = 0
-         node = wet_nodes(balance, self%pressure)
-         call solver%answer_of_walls(model, state, node, holds_fluid(model, self%start), answer, found)
-         if (.not. found) return
-         where (spread(domain%given_mm >= 0.0_wp, 2, size(node))) answer = 0.0_wp
-         call newton_step(domain, balance, node, answer, duration, self%pressure, front%step, found)
-         if (found) front%part = longest_part(domain, node, answer, pressing(state%joint), front%step)
-      end associate
-   end subroutine step_from
 
    !> May a step that found no rest be tried in half the time?
    pure logical function may_be_halved(self, model)
