@@ -459,8 +459,9 @@ def turned_arms(scene, arms):
     return replace(scene, mesh=mesh, arms=np.array(arms))
 
 
-def deck_text(scene, variant, solver, law, coupling="paper", contact="wall", options=""):
-    """The deck of a scene in a variant; options: further groups, or a dictionary of texts by group name."""
+def deck_text(scene, variant, solver, law, coupling="paper", contact="wall", damping="local", options=""):
+    """The deck of a scene in a variant; damping: of the explicit solver; options: further groups, or a dictionary of texts by group
+    name."""
     joint = LAWS.get(law, law)
     if contact == "potential":
         joint += ", contact = 'potential', normal = 'penalty'"
@@ -484,7 +485,7 @@ def deck_text(scene, variant, solver, law, coupling="paper", contact="wall", opt
         rest = ", equilibrium = 1e-5, max_rest_time = 0.2" if solver == "explicit" else ""
         lines.append(f"&stage name = '{name}', cycles = {cycles}, move_time = {MOVE[solver]!r}{rest} /")
     if solver == "explicit":
-        lines.append("&explicit damping = 'local' /")
+        lines.append(f"&explicit damping = '{damping}' /")
     # Rock in rock is looked for ten times a stage
     every = max(1, max(cycles for _, cycles in scene.stages) // 10)
     lines.append(f"&output fields_every = {every} /")

@@ -261,6 +261,19 @@ def test_corners_of_a_motion_give_out_no_energy(folder):
     assert moving["damping_J"][-1] < moving["friction_J"][-1]
 
 
+@pytest.mark.parametrize("law", ["jcm", "coulomb"])
+def test_corners_do_not_feed_a_motion_that_nothing_damps(law, folder):
+    """Loaded in four smooth moves, each followed by 0.2 s of swinging: tens of periods of the slowest motion."""
+    scene = junctions.small_slip("X", 75, 0.1)
+    junctions.run(scene, junctions.VARIANTS["drawn"], folder, "explicit", law=law, damping="none")
+    history = History(folder / "results" / "history.csv")
+    work = history["external_J"][-1]
+    print(law, history["kinetic_J"].max() / work, history["corners_J"].min() / work)
+    assert history["corners_J"].min() >= -1e-5 * work  # -0.3 times the work once
+    assert history["kinetic_J"][-1] <= 1e-3 * work  # the run failed once
+    assert np.abs(history["residual_J"]).max() <= 1e-4 * work
+
+
 @pytest.mark.fast
 def test_an_abutment_at_58_degrees(folder):
     """Slip of the arms was 0.024, 0.034, 0.027 mm, and 0.006, 0.027, 0.015 when mirrored."""

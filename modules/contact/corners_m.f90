@@ -60,7 +60,8 @@ module corners_m
    integer, parameter, public :: most_pressed = 6, most_chosen = 3
 
    public :: init_choices, free_choices, any_chosen, note_depths, decide_corners, press_further, any_passed, any_held, &
-             keep_choices, keep_closure, add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound, corner_overlap
+             keep_choices, keep_closure, follow_closure, add_corner_forces, corner_tangent, corner_nodes, &
+             corner_stiffness_bound, corner_overlap
 
 contains
 
@@ -105,6 +106,76 @@ contains
          choices%closure(:, p) = u(:, corners%node(1, p)) - u(:, corners%node(2, p)) - way(corners, p, u)
       end do
    end subroutine keep_closure
+
+   !> After a step of a motion: the closure that was kept goes on to what it is now, and corners that were let pass are pressed
+   !> back, as far as the corners then hold no more energy than there is for them; what they hold may always become less. With the
+   !> closure as it is at every moment, as solvers that know rest alone have it, their forces have no energy, and feed a motion that
+   !> nothing damps.
+   pure subroutine follow_closure(corners, u, left, energy, choices)
+      type(corners_t), intent(in) :: corners
+      !> Displacement (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: u(:, :)
+      !> Part that is left of what was let pass; 1: corners are not pressed back
+      real(wp), intent(in) :: left
+      !> What has gone into the corners, and what else there is for them [J per m of thickness]
+      real(wp), intent(in) :: energy
+      type(corner_choices_t), intent(inout) :: choices
+      !> Halvings of the way to the closure where it can be gone in part only
+      integer, parameter :: halvings = 10
+      real(wp), dimension(2, size(corners%stiffness)) :: kept, now, passed
+      real(wp) :: most, low, high
+      integer :: i
+
+      if (size(corners%stiffness) == 0) return
+      if (.not. choices%closure_kept) then
+         call keep_closure(corners, u, choices)
+         return
+      end if
+      kept = choices%closure
+      passed = choices%passed
+      most = max(energy, corner_energy(corners, choices, u))
+      call keep_closure(corners, u, choices)
+      call press_further(choices, left)
+      if (corner_energy(corners, choices, u) <= most) return
+      choices%passed = passed
+      if (corner_energy(corners, choices, u) <= most) return
+      now = choices%closure
+      low = 0.0_wp
+      high = 1.0_wp
+      do i = 1, halvings
+         choices%closure = kept + 0.5_wp*(low + high)*(now - kept)
+         if (corner_energy(corners, choices, u) <= most) then
+            low = 0.5_wp*(low + high)
+         else
+            high = 0.5_wp*(low + high)
+         end if
+      end do
+      choices%closure = kept + low*(now - kept)
+      do i = 1, size(choices%held)
+         if (choices%held(i) == free) choices%closure(:, i) = now(:, i)
+      end do
+   end subroutine follow_closure
+
+   !> Energy that corners hold, that of the forces of press [J per m of thickness].
+   pure real(wp) function corner_energy(corners, choices, u) result(energy)
+      type(corners_t), intent(in) :: corners
+      type(corner_choices_t), intent(in) :: choices
+      real(wp), contiguous, intent(in) :: u(:, :)
+      real(wp) :: depth(2), beyond(2), part, slope, curvature
+      integer :: p, i
+
+      energy = 0.0_wp
+      do p = 1, size(corners%stiffness)
+         if (choices%held(p) == free) cycle
+         depth = matmul(way_felt(corners, choices, p, u), corners%inward(:, :, p))
+         beyond = behind_held(choices, p, max(0.0_wp, depth - choices%passed(:, p)))
+         do i = 1, 2
+            part = 1.0_wp
+            if (.not. corners%wide(p)) call let_go(depth(3 - i)/corners%reach(p), part, slope, curvature)
+            energy = energy + 0.5_wp*corners%stiffness(p)*part*beyond(i)**2
+         end do
+      end do
+   end function corner_energy
 
    !> Way of P into Q that the forces know of: with the closure between them as it is, or as it was kept [m].
    pure function way_felt(corners, choices, p, u) result(r)

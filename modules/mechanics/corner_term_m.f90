@@ -5,6 +5,7 @@ module corner_term_m
    use errors_m, only: error_list_t
    use checkpoint_m, only: checkpoint_t
    use model_m, only: model_t, term_t, increment_t
+   use solver_choice_m, only: solver_explicit
    use state_m, only: state_t
    use corners_m, only: add_corner_forces, corner_tangent, corner_nodes, corner_stiffness_bound
    use shares_m, only: begin_share, end_share
@@ -82,13 +83,19 @@ contains
       type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
+      real(wp), allocatable :: closure(:, :)
 
-      associate (unused => model)
-      end associate
       call file%keep('corners', state%corners%held, errors)
       call file%keep('corners_passed', state%corners%passed, errors)
       call file%keep('corners_stage_depth', state%corners%stage_depth, errors)
       call file%keep_if_any('corner_force', state%corner_force, errors)
+      if (model%solver /= solver_explicit) return
+      allocate (closure(2, 0))
+      if (state%corners%closure_kept) closure = state%corners%closure
+      call file%keep_if_any('corners_closure', closure, errors)
+      if (file%writing) return
+      state%corners%closure_kept = size(closure) > 0
+      if (state%corners%closure_kept) state%corners%closure = closure
    end subroutine keep
 
 end module corner_term_m

@@ -13,7 +13,7 @@ module explicit_m
    use solid_stress_m, only: strain_energy
    use forces_m, only: find_forces, find_energies
    use stable_step_m, only: stable_step
-   use corners_m, only: decide_corners, press_further
+   use corners_m, only: decide_corners, follow_closure
    use joints_m, only: have_stiffened
    use loads_m, only: smooth_ramp
    use bonds_m, only: follow_bonds
@@ -165,7 +165,9 @@ contains
             call settle_impacts(model, motion, march, state)
             call move(model, motion, march%lag + 0.5_wp*march%dt, march%dt, state)
             call now_doing(work_other)
-            if (march%presses) call press_further(state%corners, 1.0_wp - 1.0_wp/steps_to_press)
+            ! What damping has taken from the motion may go into the corners
+            call follow_closure(model%corners, state%u, merge(1.0_wp - 1.0_wp/steps_to_press, 1.0_wp, march%presses), &
+                                state%energy%corners + state%energy%damping, state%corners)
             march%lag = 0.5_wp*march%dt
             march%elapsed = march%elapsed + march%dt
             state%time = state%time + march%dt
