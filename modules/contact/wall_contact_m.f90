@@ -356,7 +356,8 @@ contains
 
    !> Add the row sums of the walls' stiffness to the nodal bounds (see solid_m). Edges count in full, and the next ones
    !> with them, so that the bound holds until a wall faces another edge. A wall with nothing but walls ahead has half of
-   !> its contact; the other half is that of what it faces.
+   !> its contact; the other half is that of what it faces. So it is where the walls of a joint face each other; where they face
+   !> those of others it may be up to two times too low: point_stiffness_bound knows.
    subroutine wall_stiffness_bound(walls, met, x, stiffness, bound)
       type(wall_contact_t), intent(in) :: walls
       type(wall_meeting_t), intent(in) :: met

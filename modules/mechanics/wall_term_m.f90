@@ -10,11 +10,12 @@ module wall_term_m
    use model_m, only: model_t, term_t, increment_t
    use state_m, only: state_t
    use joint_point_m, only: joint_point_t, joint_values, joint_from_values, joint_value_count
-   use wall_contact_m, only: wall_meeting_t, meet_walls, add_wall_forces, wall_stiffness_bound, points_of_joints
+   use wall_contact_m, only: wall_meeting_t, meet_walls, add_wall_forces, wall_stiffness_bound, point_stiffness_bound, &
+                             points_of_joints
    use wall_layout_m, only: wall_contact_t
    use wall_point_m, only: add_energy_forces
    use joints_m, only: joints_t
-   use joint_border_m, only: couple_walls, joint_stiffness
+   use joint_border_m, only: couple_walls, joint_stiffness, stiffness_at_points
    use wall_tangent_m, only: wall_element_t, joint_wall_tangent
    use sparse_system_m, only: sparse_system_t, node_groups_t, add_block
    implicit none
@@ -163,13 +164,19 @@ contains
       type(model_t), intent(in) :: model
       type(state_t), intent(inout) :: state
       real(wp), contiguous, intent(inout) :: bound(:)
+      real(wp) :: of_edges(size(bound)), of_points(size(bound))
 
       state%tractions%stiffness_then = joint_stiffness(model%joints%law, model%joints%penalty, &
                                                        state%tractions%contact_stiffness, state%joint)
       call meet_walls(model%walls, model%split%x, state%u, state%walls)
       state%walls%moved_on = .false.
+      of_edges = 0.0_wp
       call wall_stiffness_bound(model%walls, state%walls, model%split%x, &
-                                state%tractions%stiffness_then(model%walls%joint), bound)
+                                state%tractions%stiffness_then(model%walls%joint), of_edges)
+      of_points = 0.0_wp
+      call point_stiffness_bound(state%walls, stiffness_at_points(model%joints, model%walls, state%walls, state%tractions, &
+                                                                  state%joint), of_points)
+      bound = bound + max(of_edges, of_points)
    end subroutine add_stiffness_bound
 
    !> Of all joints, those in potential contact too.

@@ -17,8 +17,6 @@ module relaxation_m
    use loads_m, only: smooth_ramp
    use motion_m, only: unbalanced_ratio
    use forces_m, only: stiffness_bound
-   use wall_contact_m, only: point_stiffness_bound
-   use joint_border_m, only: stiffness_at_points
    use stable_step_m, only: scaled_mass
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
@@ -331,16 +329,10 @@ contains
       type(state_t), intent(inout) :: state
       !> (nodes) [N/m per m of thickness]
       real(wp), intent(inout) :: mass(:)
-      real(wp) :: stiffness(size(mass)), of_points(size(mass))
+      real(wp) :: stiffness(size(mass))
 
       if (anew) mass = 0.0_wp
       call stiffness_bound(model, state, stiffness)
-      if (model%has_walls) then
-         of_points = model%nodes%rock_stiffness
-         call point_stiffness_bound(state%walls, stiffness_at_points(model%joints, model%walls, state%walls, state%tractions, &
-                                                                     state%joint), of_points)
-         stiffness = max(stiffness, of_points)
-      end if
       mass = scaled_mass(stiffness, 0.0_wp, mass, 1.0_wp/model%deck%relaxation%safety)
    end subroutine find_masses
 
