@@ -98,9 +98,15 @@ contains
       type(model_t), intent(in) :: model
       type(state_t), intent(in) :: state
       type(field_list_t), intent(inout) :: list
+      real(wp) :: broken(size(state%joint))
 
-      if (model%can_break) call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', &
-                                         on_joints, bond_damage(model%bonds, state%bonds, size(state%joint)))
+      if (.not. model%can_break) return
+      call list%add('damage', '-', 'damage of cohesive joints, 0 whole to 1 broken; 1 on fractures', on_joints, &
+                    bond_damage(model%bonds, state%bonds, size(state%joint)))
+      broken = 1.0_wp
+      broken(model%bonds%fractures + 1:) = merge(1.0_wp, 0.0_wp, state%bonds%broken)
+      call list%add('broken', '-', '1 where two of three points of a cohesive joint have broken, else 0; 1 on fractures', &
+                    on_joints, broken)
    end subroutine results
 
    !> What has broken, and forces not let go of yet. The bonds themselves come with the cuts they are in (run_checkpoint_m).

@@ -98,7 +98,8 @@ contains
       type(flow_moment_t) :: moment
       type(permeability_t) :: permeability
       character(len=:), allocatable :: mesh, stage
-      real(wp), allocatable :: aperture(:), slip(:), sn(:), damage(:), ratio(:), roughness(:)
+      logical, allocatable :: filled(:)
+      real(wp), allocatable :: aperture(:), slip(:), sn(:), damage(:), broken(:), ratio(:), roughness(:)
       real(wp) :: peak
       integer(i8) :: step
       integer :: cycle, j
@@ -113,10 +114,14 @@ contains
       call file%read(path//'/aperture_mm', aperture)
       call file%read(path//'/shear_displacement_mm', slip)
       call file%read(path//'/normal_stress_MPa', sn)
+      allocate (filled(size(aperture)), source=.true.)
       if (file%has(path//'/damage')) then
          call file%read(path//'/damage', damage)
-      else
-         allocate (damage(size(aperture)), source=1.0_wp)
+         filled = damage >= model%deck%flow%fluid_enters
+         if (file%has(path//'/broken')) then
+            call file%read(path//'/broken', broken)
+            filled = broken > 0.5_wp .or. (filled .and. model%deck%flow%fluid_enters < 1.0_wp)
+         end if
       end if
       call read_mean_stress(file, path, model, moment%stress)
       if (file%failed()) return
@@ -141,7 +146,7 @@ contains
       j = nint(moment%number(2))
       if (j > 0) call set_moment(flow%model, j, real(cycle, wp)/real(model%deck%stage(j)%cycles, wp))
       call flow%take(lines%node, lines%group, lines%block_edge, aperture, ratio, roughness, &
-                     damage >= model%deck%flow%fluid_enters, errors)
+                     filled, errors)
       call flow%write_row(moment, errors, permeability)
       if (errors%any()) return
       call flow%add_fields([(j, j=1, size(model%whole%x, 2))], list)
