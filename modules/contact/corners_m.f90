@@ -13,7 +13,8 @@
 !> P may leave Q sideways, behind either side; which of two rigid points gives way is not determined by their shape. Here the
 !> fracture that slips more at the crossing goes through and the lesser depth b is held, by the energy K/2 (b - b0)^2; of two
 !> alike both are. Less and more are of what has slipped in the stage: what an earlier one has left may be more than a drive has
-!> moved by its first increment. This is decided at rest (decide_corners), and remembered until P has come out of Q. b0 is first
+!> moved by its first increment. This is decided at rest (decide_corners), and remembered until P has come out of Q or is driven
+!> against the side that holds (turn_corners). b0 is first
 !> b at that rest, which no choice disturbs; from there it falls to a quarter at a time as far as there is rest. While nothing
 !> is decided the corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is
 !> convex: a force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that
@@ -59,8 +60,8 @@ module corners_m
    !> Times in an increment; times that sides are chosen anew in one
    integer, parameter, public :: most_pressed = 6, most_chosen = 3
 
-   public :: init_choices, free_choices, any_chosen, note_depths, decide_corners, press_further, any_passed, any_held, &
-             keep_choices, keep_closure, follow_closure, add_corner_forces, corner_tangent, corner_nodes, &
+   public :: init_choices, free_choices, any_chosen, note_depths, decide_corners, turn_corners, press_further, any_passed, &
+             any_held, keep_choices, keep_closure, follow_closure, add_corner_forces, corner_tangent, corner_nodes, &
              corner_stiffness_bound, corner_overlap
 
 contains
@@ -356,6 +357,37 @@ contains
          choices%held(p) = held
       end do
    end subroutine decide_corners
+
+   !> At rest: where P is driven against the side that holds, the other side holds in its place. The force on a side moves rock by
+   !> about F/E; a side lets go when that is more than P stands behind the other side, the height of the step that holds it,
+   !> or when in the increment it has grown by more than P has gone on there.
+   pure subroutine turn_corners(corners, began, u, choices, turned)
+      type(corners_t), intent(in) :: corners
+      !> Displacement at the start of the increment and at rest (2, nodes) [m]
+      real(wp), contiguous, intent(in) :: began(:, :), u(:, :)
+      type(corner_choices_t), intent(inout) :: choices
+      logical, intent(out) :: turned
+      real(wp) :: before(2), depth(2), given, more, none
+      integer :: p, other
+
+      turned = .false.
+      do p = 1, size(corners%stiffness)
+         if (corners%wide(p) .or. .not. any(choices%held(p) == [1, 2])) cycle
+         before = matmul(way(corners, p, began), corners%inward(:, :, p))
+         depth = matmul(way(corners, p, u), corners%inward(:, :, p))
+         none = least_depth*corners%reach(p)
+         associate (held => choices%held(p))
+            other = 3 - held
+            given = corners%factor*(depth(held) - choices%passed(held, p))
+            more = given - corners%factor*max(0.0_wp, before(held) - choices%passed(held, p))
+            if (given <= max(before(other), depth(other), none) .and. &
+                more <= max(depth(other) - before(other), none)) cycle
+            held = other
+         end associate
+         turned = .true.
+         choices%passed(:, p) = max(0.0_wp, before)
+      end do
+   end subroutine turn_corners
 
    !> Of two sides that hold, the one to go on with when the force on the other has become far larger: P has been driven behind that
    !> one since they were chosen.

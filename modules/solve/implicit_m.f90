@@ -20,7 +20,7 @@ module implicit_m
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left, slip_watch_t
    use corners_m, only: corner_choices_t, decide_corners, press_further, press_back, any_passed, free_choices, any_chosen, &
-                        most_pressed, most_chosen
+                        turn_corners, most_pressed, most_chosen
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use pore_pressure_m, only: press_walls
    use stopwatch_m, only: now_doing, work_solves, work_other
@@ -42,6 +42,9 @@ module implicit_m
       type(slip_watch_t) :: watch
       !> Starts at the last rest
       type(newton_increment_t) :: increment
+      !> Have corners turned to their other sides in this increment, and what did they hold before (while rest is sought so)?
+      logical :: turned = .false.
+      type(corner_choices_t), allocatable :: before_turn
       !> Is rest sought in pseudo-time? Displacement where that began (2, nodes) [m], steps so far
       logical :: in_pseudo_time = .false.
       real(wp), allocatable :: began(:, :)
@@ -193,6 +196,8 @@ contains
       call equilibrate(self, model, self%way%increment, model%rest_tolerance(), state, iterations, found)
       ending = end_rest
       too_far = .false.
+      if (found .and. .not. self%way%turned) call try_turned(self, model, state, ending)
+      if (ending == end_again) return
       if (found) then
          too_far = self%way%watch%too_far(model, model%deck%implicit%largest_slip, self%way%part, self%way%increment%start, state)
       else
@@ -206,6 +211,8 @@ contains
          return
       end if
       if (found) then
+         self%way%turned = .false.
+         if (allocated(self%way%before_turn)) deallocate (self%way%before_turn)
          call hold_corners(self, model, self%way%increment, state, iterations)
          call account_increment(model, self%way%increment%start, state)
          state%guess%move = state%u - self%way%increment%start%u
@@ -216,6 +223,12 @@ contains
       end if
       call give_up_increment(self, self%way%increment, state)
       ending = end_again
+      ! No rest with corners turned, nor in a part of the increment: then as they were
+      if (self%way%part <= choose_anew .and. allocated(self%way%before_turn) .and. .not. allocated(self%failure)) then
+         state%corners = self%way%before_turn
+         deallocate (self%way%before_turn)
+         return
+      end if
       ! Points that were chosen to hold each other may stand in the way: they choose anew at the rest without them
       if (self%way%part <= choose_anew .and. any_chosen(model%corners, state%corners) .and. .not. allocated(self%failure)) then
          call free_choices(model%corners, state%corners)
@@ -229,6 +242,24 @@ contains
       state%guess%move_part = 0.0_wp
       state%guess%part = shortest_cut
    end subroutine find_rest
+
+   !> Where the increment has driven a corner against the side that holds it, it is tried again from its start with the other one.
+   subroutine try_turned(self, model, state, ending)
+      type(implicit_solver_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+      !> As it was, or end_again
+      integer, intent(inout) :: ending
+      type(corner_choices_t) :: choices
+
+      choices = state%corners
+      call turn_corners(model%corners, self%way%increment%start%u, state%u, choices, self%way%turned)
+      if (.not. self%way%turned) return
+      ending = end_again
+      self%way%before_turn = state%corners
+      call give_up_increment(self, self%way%increment, state)
+      state%corners = choices
+   end subroutine try_turned
 
    !> At rest: hold the corners that have come into each other, and press them back bit by bit in the same increment, as far as
    !> there is rest.

@@ -11,7 +11,8 @@ module relaxation_m
    use log_m, only: log_t, progress_t
    use mesh_m, only: place_text
    use model_m, only: model_t
-   use corners_m, only: decide_corners, press_further, any_passed, any_held, keep_closure, most_pressed, most_chosen
+   use corners_m, only: corner_choices_t, decide_corners, turn_corners, press_further, any_passed, any_held, keep_closure, &
+                        most_pressed, most_chosen
    use state_m, only: state_t
    use joints_m, only: have_stiffened
    use loads_m, only: smooth_ramp
@@ -36,6 +37,10 @@ module relaxation_m
       real(wp) :: longest = 1.0_wp
       !> Did the last increment find no rest?
       logical :: stuck = .false.
+      !> Have corners turned to their other sides in this increment, or just now, and what did they hold before (while rest is
+      !> sought so)?
+      logical :: turned = .false., turns = .false.
+      type(corner_choices_t), allocatable :: before_turn
       type(slip_watch_t) :: watch
    end type relaxation_place_t
 
@@ -103,11 +108,11 @@ contains
                               back, errors)
             if (errors%any()) return
             if (back) then
-               call give_up_increment(increment, state)
-               state%guess%part = 0.5_wp*place%part
-               if (place%stuck) place%longest = state%guess%part
+               call go_back(increment, place, state)
                cycle
             end if
+            place%turned = .false.
+            if (allocated(place%before_turn)) deallocate (place%before_turn)
             ! Velocities are means over the increment: so the next one goes on
             state%v = (state%u - increment%start%u)/(place%part*duration)
             state%time = state%time + place%part*duration
@@ -147,6 +152,28 @@ contains
       end function level_of
 
    end subroutine relaxation_cycle
+
+   !> Back to the start of the increment, for half of it or, where corners have turned, all of it. Where there is no rest with
+   !> corners turned they are as they were.
+   subroutine go_back(increment, place, state)
+      type(increment_t), intent(in) :: increment
+      type(relaxation_place_t), intent(inout) :: place
+      type(state_t), intent(inout) :: state
+      type(corner_choices_t) :: choices
+
+      choices = state%corners
+      call give_up_increment(increment, state)
+      if (place%turns) then
+         state%corners = choices
+      else if (place%stuck .and. allocated(place%before_turn)) then
+         state%corners = place%before_turn
+         deallocate (place%before_turn)
+      else
+         state%guess%part = 0.5_wp*place%part
+         if (place%stuck) place%longest = state%guess%part
+      end if
+      place%turns = .false.
+   end subroutine go_back
 
    !> Back to the start of the increment; steps are counted on.
    subroutine give_up_increment(increment, state)
@@ -215,8 +242,7 @@ contains
                since_kept = unbalanced
             end if
             if (unbalanced <= model%rest_tolerance()) then
-               if (pressed == 0 .and. chosen == 0 .and. duration > 0.0_wp) &
-                  back = place%watch%too_far(model, model%deck%relaxation%largest_slip, place%part, increment%start, state)
+               if (pressed == 0 .and. chosen == 0 .and. duration > 0.0_wp) call look_back(model, increment, place, state, back)
                if (back) return
                let_go = .false.
                if (pressed == 0 .and. chosen < most_chosen) then
@@ -273,7 +299,7 @@ contains
             before = kinetic
          end if
       end do
-      back = .not. loose .and. may_be_halved(peaks, pressed, duration, place%part)
+      back = allocated(place%before_turn) .or. (.not. loose .and. may_be_halved(peaks, pressed, duration, place%part))
       if (back) then
          place%stuck = .true.
          place%watch = slip_watch_t()
@@ -281,6 +307,31 @@ contains
          call report_failure(model, stage, cycle, increment, step, state, errors)
       end if
    end subroutine come_to_rest
+
+   !> At rest: where the increment has driven a corner against the side that holds it, it is tried again from its start with the
+   !> other one; where joints have slipped too far, half of it.
+   subroutine look_back(model, increment, place, state, back)
+      type(model_t), intent(in) :: model
+      type(increment_t), intent(in) :: increment
+      type(relaxation_place_t), intent(inout) :: place
+      type(state_t), intent(inout) :: state
+      !> Is it to be tried again?
+      logical, intent(out) :: back
+      type(corner_choices_t) :: before
+
+      before = state%corners
+      back = .false.
+      if (.not. place%turned) then
+         call turn_corners(model%corners, increment%start%u, state%u, state%corners, place%turned)
+         place%turns = place%turned
+         back = place%turned
+      end if
+      if (back) then
+         place%before_turn = before
+      else
+         back = place%watch%too_far(model, model%deck%relaxation%largest_slip, place%part, increment%start, state)
+      end if
+   end subroutine look_back
 
    !> May half the increment find rest? Not where a block goes its way without a swing, while corners are pressed back, nor where
    !> rock has broken.
