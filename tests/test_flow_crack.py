@@ -241,6 +241,7 @@ def test_fluid_lags_behind_the_tip_where_little_confines_the_rock(femdem, tmp_pa
     tip = np.nanmax(np.where(found[-1]["fluid_saturation"] >= 0, x[:, 0], np.nan))
     front = np.nanmax(np.where(found[-1]["fluid_pressure"] > 0, x[:, 0], np.nan))
     assert front < tip - case.size
+    assert np.nanmin(found[-1]["fluid_pressure"]) >= 0
     stopped = tmp_path / "stopped"
     deck = viscous_injection(case, [1.0], parts=6)
     snapshots(femdem, tmp_path, deck)
