@@ -1,10 +1,15 @@
 """Fluid that opens a crack along a given line."""
 
+import shutil
+import subprocess
+import sys
+
 import h5py
 import numpy as np
 import pytest
 
 from cohesive_crack import Rock, cohesive_crack
+from femdem.places import module
 from flow_grid import close, run, snapshots, table
 from fluid_crack import (
     LONGEST,
@@ -19,6 +24,7 @@ from fluid_crack import (
     viscous_injection,
     viscous_mesh,
 )
+from scene import TOP
 from test_repeat import assert_same, stop_and_go_on
 from viscous_crack import Case, viscous_crack
 
@@ -272,3 +278,19 @@ def test_fluid_lag_needs_time_and_rock_that_is_tight(femdem, tmp_path):
     done = run(femdem, tmp_path, deck + "&porous group = 'rock', permeability = 1e-18 /\n", "--check")
     assert done.returncode == 2
     assert "permeability must be 0 with fluid_lag of &flow" in done.stderr
+
+
+@pytest.mark.fast
+def test_the_shipped_injection(femdem, tmp_path):
+    """Tutorial 6: mesh, run and figure; the crack is as long as the README says, give or take an element"""
+    for name in ("make_mesh.py", "injection.nml"):
+        shutil.copy(TOP / "input" / "injection" / name, tmp_path)
+    mesh = [sys.executable, "make_mesh.py", "--out", "injection.msh"]
+    subprocess.run(mesh, cwd=tmp_path, check=True, capture_output=True, timeout=60)
+    run_deck = [femdem, "--quiet", "--output", "results", "injection.nml"]
+    subprocess.run(run_deck, cwd=tmp_path, check=True, capture_output=True, timeout=300)
+    draw = [*module("femdem"), "plot", "injection", "results", "--confined", "20e6", "--out", "crack"]
+    said = subprocess.run(draw, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=60).stdout
+    length = float(said.partition(" s ")[2].partition(" m long")[0])
+    assert length == pytest.approx(0.95, abs=0.051)
+    assert (tmp_path / "crack.png").stat().st_size > 10000
