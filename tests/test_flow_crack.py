@@ -278,6 +278,49 @@ def test_fluid_lag_needs_time_and_rock_that_is_tight(femdem, tmp_path):
     done = run(femdem, tmp_path, deck + "&porous group = 'rock', permeability = 1e-18 /\n", "--check")
     assert done.returncode == 2
     assert "permeability must be 0 with fluid_lag of &flow" in done.stderr
+    for name, below in (("initial_pressure", "&transient initial_pressure = -1,"), ("pressure", None)):
+        wrong = (
+            deck.replace("&transient", below)
+            if below
+            else deck.replace(f"rate = {RATE / 2}", "pressure = -1")
+        )
+        done = run(femdem, tmp_path, wrong, "--check")
+        assert done.returncode == 2
+        assert f"{name} must be at least 0 with fluid_lag" in done.stderr
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("confined", [1e6, 20e6])
+def test_a_fracture_that_fluid_just_opens(femdem, tmp_path, confined):
+    """Fluid carries all that confines the walls, in rock that does not break: they answer as if they were still closed"""
+    case = Case(confined=confined)
+    viscous_mesh(tmp_path, case, 0.5, 8.0)
+    deck = viscous_injection(case, [0.3])
+    deck = "".join(line for line in deck.splitlines(keepends=True) if not line.startswith("&cohesive"))
+    answers = []
+    for lag in ("true", "false"):
+        _, _, found = snapshots(femdem, tmp_path, deck.replace("fluid_lag = .true.", f"fluid_lag = .{lag}."))
+        answers.append(found[-1])
+        if lag == "true":
+            assert fluid_in(tmp_path, found[-1])[0].sum() == close(
+                0.1 * case.notch_open + case.rate / 2 * 0.301, 1e-9
+            )
+    for name in ("fluid_pressure", "aperture_mm"):
+        assert answers[0][name] == pytest.approx(answers[1][name], rel=2e-3, nan_ok=True), name
+
+
+@pytest.mark.fast
+def test_a_well_draws_no_more_than_there_is(femdem, tmp_path):
+    case = Case()
+    viscous_mesh(tmp_path, case, 0.5, 8.0)
+    deck = viscous_injection(case, [0.3, 0.6]).replace(f"rate = {case.rate / 2}", f"rate = {-case.rate / 2}")
+    _, _, found = snapshots(femdem, tmp_path, deck)
+    assert np.nanmin(found[-1]["fluid_saturation"]) == pytest.approx(0, abs=1e-3)
+    held = [fluid_in(tmp_path, fields)[0].sum() for fields in found[-2:]]
+    drawn = table(tmp_path / "results" / "flow.csv")["well.inflow_m2_s"]
+    assert drawn[1] == close(-case.rate / 2, 1e-9)
+    # What the walls still press out
+    assert drawn[-1] == pytest.approx((held[1] - held[0]) / 0.3, abs=1e-3 * case.rate)
 
 
 @pytest.mark.fast

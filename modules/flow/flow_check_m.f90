@@ -106,6 +106,11 @@ contains
       i = findloc(deck%porous%permeability > 0.0_wp, .true., dim=1)
       if (i > 0) call errors%add(at(deck, deck%porous(i)%line, 'porous')//'permeability must be 0 with fluid_lag '// &
                                  'of &flow: fluid that may lag behind a tip stays in fractures and cracks')
+      if (deck%transient%initial_pressure < 0.0_wp) &
+         call errors%add(at(deck, deck%transient%line, 'transient')//'initial_pressure must be at least 0 with fluid_lag of &flow')
+      i = findloc(deck%flow_boundary%pressure < 0.0_wp .and. is_set(deck%flow_boundary%pressure), .true., dim=1)
+      if (i > 0) call errors%add(at(deck, deck%flow_boundary(i)%line, 'flow_boundary')//'pressure must be at least 0 with '// &
+                                 'fluid_lag of &flow: such fluid cannot be pulled')
    end subroutine check_fluid_lag
 
    !> Flow that changes with time is flow alone or two-way coupled, and something drives it.

@@ -22,7 +22,8 @@ module fluid_front_m
    type, public :: front_balance_t
       !> Is there a pressure, and is it prescribed? (nodes)
       logical, allocatable :: conducts(:), fixed(:)
-      !> What is open; what flows in from outside; that and what comes along the lines [m2, m2/s, m2/s] (nodes)
+      !> What is open; what flows in from outside (out as far as there is any); that and what comes along the lines
+      !> [m2, m2/s, m2/s] (nodes)
       real(wp), allocatable :: capacity(:), inflow(:), net(:)
       !> More than there is room for (less: below zero); the part of it that must not be (nodes) [m2]
       real(wp), allocatable :: over(:), missed(:)
@@ -105,6 +106,13 @@ contains
          balance%net = balance%net + balance%inflow
          balance%over = 0.0_wp
       end where
+      ! No more can be taken out than there is
+      where (balance%conducts .and. balance%inflow < 0.0_wp .and. .not. (balance%fixed .or. pressure > 0.0_wp))
+         balance%net = balance%net - balance%inflow
+         balance%inflow = min(0.0_wp, max(balance%inflow, -(content/duration + balance%net)))
+         balance%net = balance%net + balance%inflow
+         balance%over = content + duration*balance%net - balance%capacity
+      end where
       balance%missed = merge(balance%over, max(balance%over, 0.0_wp), pressure > 0.0_wp)
       where (.not. balance%conducts) balance%missed = 0.0_wp
    end subroutine find_balance
@@ -169,7 +177,7 @@ contains
    end subroutine newton_step
 
    !> Part of a step that neither closes what is open nor goes far beyond what opens walls that press on each other [-].
-   pure real(wp) function longest_part(domain, node, answer, press, step) result(part)
+   pure real(wp) function longest_part(domain, node, answer, press, least, step) result(part)
       type(flow_domain_t), intent(in) :: domain
       !> Wet nodes
       integer, intent(in) :: node(:)
@@ -177,6 +185,8 @@ contains
       real(wp), intent(in) :: answer(:, :)
       !> Stress that the walls press on each other with (lines) [Pa]
       real(wp), intent(in) :: press(:)
+      !> That the solver cannot tell from none [Pa]
+      real(wp), intent(in) :: least
       !> (nodes) [Pa]
       real(wp), intent(in) :: step(:)
       real(wp) :: change(size(node)), opens, hardest, rise
@@ -194,7 +204,7 @@ contains
          hardest = max(hardest, press(i))
          rise = max(rise, 0.5_wp*sum(step(domain%conductors%line(:, i))))
       end do
-      if (rise > just_open*hardest) part = min(part, just_open*hardest/rise)
+      if (hardest > 0.0_wp) part = min(part, max(just_open*hardest, least)/max(rise, tiny(rise)))
    end function longest_part
 
 end module fluid_front_m

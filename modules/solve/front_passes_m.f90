@@ -26,16 +26,18 @@ module front_passes_m
       real(wp), private :: part = 0.0_wp
       !> What they missed [m2]; parts tried since
       real(wp), private :: missed = 0.0_wp
-      integer, private :: halvings = 0
+      integer, private :: cuts = 0
    contains
       procedure :: end_pass
    end type front_t
 
-   !> A pass must miss less than the best before by this part of what Newton's step promises, after so many halvings at the most
+   !> A pass must miss less than the best before by this part of what Newton's step promises, after so many cuts at the most
    real(wp), parameter :: sufficient = 1.0e-4_wp
-   integer, parameter :: most_halvings = 3
+   integer, parameter :: most_cuts = 4
    !> Passes of a step at the most
    integer, parameter :: most_passes = 15
+   !> Walls that press by less than this times the tolerance of rest, of the largest pressure, may as well be open
+   real(wp), parameter :: beyond_rest = 100.0_wp
    !> Where next to nothing flows this part of what the largest node can hold counts as what goes through
    real(wp), parameter :: least_through = 1.0e-2_wp
 
@@ -85,13 +87,14 @@ contains
       if (found) then
          self%pressure = pressure
          self%missed = missed
-         self%halvings = 0
+         self%cuts = 0
          call find_step()
          if (.not. found) return
       else
-         self%part = 0.5_wp*self%part
-         self%halvings = self%halvings + 1
-         if (self%halvings > most_halvings) return
+         ! The last: walls that have just come apart give way many times as much as the step knows
+         self%part = self%part*merge(0.5_wp, min(0.5_wp, self%missed/missed), self%cuts < most_cuts - 1)
+         self%cuts = self%cuts + 1
+         if (self%cuts > most_cuts) return
       end if
       verdict = pass_next
       pressure = self%pressure
@@ -109,7 +112,8 @@ contains
          if (.not. found) return
          where (spread(domain%given_mm >= 0.0_wp, 2, size(node))) answer = 0.0_wp
          call newton_step(domain, balance, node, answer, duration, pressure, self%step, found)
-         if (found) self%part = longest_part(domain, node, answer, pressing(state%joint), self%step)
+         if (found) self%part = longest_part(domain, node, answer, pressing(state%joint), &
+                                             beyond_rest*model%rest_tolerance()*maxval(pressure), self%step)
       end subroutine find_step
 
    end subroutine end_pass
