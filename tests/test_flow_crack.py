@@ -337,3 +337,20 @@ def test_the_shipped_injection(femdem, tmp_path):
     length = float(said.partition(" s ")[2].partition(" m long")[0])
     assert length == pytest.approx(0.95, abs=0.051)
     assert (tmp_path / "crack.png").stat().st_size > 10000
+
+
+@pytest.mark.fast
+def test_fluid_may_begin_to_lag_where_a_run_without_has_ended(femdem, tmp_path):
+    case = Case()
+    viscous_mesh(tmp_path, case, 0.5, 8.0)
+    deck = viscous_injection(case, [0.3])
+    before = "".join(line for line in deck.splitlines(keepends=True) if "name = 't0'" not in line)
+    snapshots(femdem, tmp_path, before.replace("fluid_lag = .true.", "fluid_lag = .false."))
+    (tmp_path / "results").rename(tmp_path / "before")
+    done = run(femdem, tmp_path, deck, "--branch", "before/checkpoint.h5")
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "results" / "fields.h5") as file:
+        last = file[max(name for name in file if name.startswith("step_"))]
+        fields = {name: last[name][:] for name in last}
+    held = fluid_in(tmp_path, fields)[0].sum()
+    assert held == close(0.1 * case.notch_open + case.rate / 2 * 0.301, 1e-3)

@@ -441,7 +441,13 @@ contains
       call init_flow_domain(model%deck, model%whole, self%model)
       call start_storage(self%model, model%whole, model%solid, self%storage)
       self%started = .true.
-      if (allocated(state%fluid%pressure)) return
+      if (allocated(state%fluid%pressure)) then
+         ! From a run whose fluid could not lag: all that conducts was full
+         if (.not. model%deck%flow%fluid_lag .or. allocated(state%fluid%content)) return
+         call take_apertures(self, model, state, state)
+         state%fluid%content = find_capacity(self%model, state%fluid%pressure)
+         return
+      end if
       associate (nodes => size(model%whole%x, 2))
          allocate (state%fluid%rate(nodes), state%fluid%inflow(nodes), source=0.0_wp)
          allocate (state%fluid%pressure(nodes), source=0.0_wp)
