@@ -278,6 +278,9 @@ def test_fluid_lag_needs_time_and_rock_that_is_tight(femdem, tmp_path):
     done = run(femdem, tmp_path, deck + "&porous group = 'rock', permeability = 1e-18 /\n", "--check")
     assert done.returncode == 2
     assert "permeability must be 0 with fluid_lag of &flow" in done.stderr
+    done = run(femdem, tmp_path, deck + "&conduit group = 'notch', aperture_mm = 0.1 /\n", "--check")
+    assert done.returncode == 2
+    assert "aperture_mm must not be given with fluid_lag of &flow" in done.stderr
     for name, below in (("initial_pressure", "&transient initial_pressure = -1,"), ("pressure", None)):
         wrong = (
             deck.replace("&transient", below)

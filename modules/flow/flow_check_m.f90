@@ -111,6 +111,9 @@ contains
       i = findloc(deck%flow_boundary%pressure < 0.0_wp .and. is_set(deck%flow_boundary%pressure), .true., dim=1)
       if (i > 0) call errors%add(at(deck, deck%flow_boundary(i)%line, 'flow_boundary')//'pressure must be at least 0 with '// &
                                  'fluid_lag of &flow: such fluid cannot be pulled')
+      i = findloc(is_set(deck%conduit%aperture_mm), .true., dim=1)
+      if (i > 0) call errors%add(at(deck, deck%conduit(i)%line, 'conduit')//'aperture_mm must not be given with fluid_lag of '// &
+                                 '&flow: walls that do not move have no room for what flows in')
    end subroutine check_fluid_lag
 
    !> Flow that changes with time is flow alone or two-way coupled, and something drives it.

@@ -93,6 +93,10 @@ contains
       call add_sources(domain, equations, balance%inflow, errors)
       balance%net = balance%inflow
       do i = 1, size(balance%along)
+         ! What has no pressure lets nothing out, whatever its weight
+         associate (from => domain%conductors%line(merge(1, 2, balance%along(i) > 0.0_wp), i))
+            if (.not. (pressure(from) > 0.0_wp .or. balance%fixed(from))) balance%along(i) = 0.0_wp
+         end associate
          associate (a => domain%conductors%line(1, i), b => domain%conductors%line(2, i))
             balance%net(a) = balance%net(a) - balance%along(i)
             balance%net(b) = balance%net(b) + balance%along(i)
@@ -204,7 +208,9 @@ contains
          hardest = max(hardest, press(i))
          rise = max(rise, 0.5_wp*sum(step(domain%conductors%line(:, i))))
       end do
-      if (hardest > 0.0_wp) part = min(part, max(just_open*hardest, least)/max(rise, tiny(rise)))
+      associate (most => max(just_open*hardest, least))
+         if (hardest > 0.0_wp .and. rise > most) part = min(part, most/rise)
+      end associate
    end function longest_part
 
 end module fluid_front_m

@@ -321,15 +321,16 @@ contains
       integer, intent(in) :: stage, cycle
       type(state_t), intent(inout) :: state
       type(error_list_t), intent(inout) :: errors
+      character(len=:), allocatable :: try
 
       self%before%fluid%wanted = 0.5_wp*duration(self, model, stage)
       state = self%before
       self%part(2) = self%part(1)
       if (model%deck%transient%steps == 'fixed' .or. state%fluid%wanted < shortest_front*model%deck%transient%step) then
+         try = 'smaller elements (steps so short ring), a larger tolerance or max_passes of &flow'
+         if (model%deck%transient%steps == 'fixed') try = 'steps = ''adaptive'' of &transient'
          call errors%add('flow at '//to_text(state%time)//' s: pressures of the fluid and apertures do not agree in a step of '// &
-                         to_text(2.0_wp*state%fluid%wanted)//' s; '//trim(merge('try steps = ''adaptive'' of &transient     ', &
-                                                                                'steps so short ring; try smaller elements', &
-                                                                                model%deck%transient%steps == 'fixed')))
+                         to_text(2.0_wp*state%fluid%wanted)//' s; try '//try)
          return
       end if
       call start_step(self, model, stage, cycle, state, errors)
