@@ -142,7 +142,11 @@ contains
             call find_rest(self, model, stage, cycle, state, ending)
          end if
          broken = .false.
-         if (ending == end_again) cycle
+         if (ending == end_again) then
+            report%interrupted = stop_wanted()
+            if (report%interrupted) return
+            cycle
+         end if
          if (ending == end_rest .and. model%can_break .and. .not. self%cracks_wait) then
             call find_breaks(model, state, report%breaks)
             if (report%breaks%any()) ending = end_broken
@@ -353,6 +357,8 @@ contains
       call start_increment_at(model, self%way%level, 0.0_wp, state, self%way%increment)
       call rest_again(self, model, state, ending)
       if (ending == end_again) call follow(self, model, state, report%breaks, ending)
+      report%interrupted = ending == end_again
+      if (report%interrupted) return
       if (ending /= end_rest) call give_up_cycle(self, model, stage, cycle, ending, state, report, errors)
       report%unbalanced = unbalanced_ratio(model%loads, state)
       call describe_bonds(model, state)
@@ -408,6 +414,10 @@ contains
 
       ending = end_long
       do while (self%way%step < model%deck%implicit%max_pseudo_steps)
+         if (stop_wanted()) then
+            ending = end_again
+            return
+         end if
          self%way%step = self%way%step + 1
          call start_increment_at(model, self%way%level, self%way%to_come, state, increment)
          where (model%loads%fixed) state%u = state%u + self%way%to_come*model%loads%velocity
