@@ -277,6 +277,7 @@ def test_corners_of_a_motion_give_out_no_energy(folder):
     assert moving["damping_J"][-1] < moving["friction_J"][-1]
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("law", ["jcm", "coulomb"])
 def test_corners_do_not_feed_a_motion_that_nothing_damps(law, folder):
     """Loaded in four smooth moves, each followed by 0.2 s of swinging: tens of periods of the slowest motion."""

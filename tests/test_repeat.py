@@ -73,7 +73,7 @@ def test_shear_that_is_stopped(name, rows, femdem, tmp_path):
     [
         pytest.param("implicit", "jcm", 2, marks=pytest.mark.fast),
         ("relaxation", "jcm", 1),
-        ("explicit", "coulomb", 2),
+        pytest.param("explicit", "coulomb", 2, marks=pytest.mark.fast),
     ],
 )
 def test_a_crossing_that_is_stopped(solver, law, rows, femdem, tmp_path):
