@@ -134,8 +134,10 @@ contains
       call take_apertures(self, model, state, state)
       self%pressure = state%fluid%pressure
       if (model%deck%transient%line > 0) then
-         call begin_balance(self%storage, self%model, model%split, state)
-         if (.not. model%deck%flow%fluid_lag) self%pressure = self%pressure + duration(self, model, stage)*state%fluid%rate
+         if (.not. model%deck%flow%fluid_lag) then
+            call begin_balance(self%storage, self%model, model%split, state)
+            self%pressure = self%pressure + duration(self, model, stage)*state%fluid%rate
+         end if
          call boundary_values(self%model, fixed, prescribed, owner)
          where (fixed) self%pressure = prescribed
       else
@@ -444,9 +446,7 @@ contains
       self%started = .true.
       if (allocated(state%fluid%pressure)) then
          ! From a run whose fluid could not lag: all that conducts was full
-         if (.not. model%deck%flow%fluid_lag .or. allocated(state%fluid%content)) return
-         call take_apertures(self, model, state, state)
-         state%fluid%content = find_capacity(self%model, state%fluid%pressure)
+         if (model%deck%flow%fluid_lag .and. .not. allocated(state%fluid%content)) call fill()
          return
       end if
       associate (nodes => size(model%whole%x, 2))
@@ -460,9 +460,17 @@ contains
       call find_forces(model, 0.0_wp, unstrained, searched)
       state%aperture = unstrained%aperture
       state%fluid%pressure = model%deck%transient%initial_pressure
-      if (.not. model%deck%flow%fluid_lag) return
-      call take_apertures(self, model, state, state)
-      state%fluid%content = find_capacity(self%model, state%fluid%pressure)
+      if (model%deck%flow%fluid_lag) call fill()
+
+   contains
+
+      !> All that conducts is full.
+      subroutine fill()
+
+         call take_apertures(self, model, state, state)
+         state%fluid%content = find_capacity(self%model, state%fluid%pressure)
+      end subroutine fill
+
    end subroutine start_coupling
 
    !> Loads that go from those of the fluid at the start of a step to those of the pressure tried at its end; those alone once rock

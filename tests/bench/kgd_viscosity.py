@@ -2,7 +2,7 @@
 """A crack that a viscous fluid opens in confined rock (KGD, viscosity) against the similarity solution.
 
     python3 tests/bench/kgd_viscosity.py [--sizes 0.05 0.025] [--confined 20e6] [--viscosity 0.1] [--times 2.5 5 10]
-        [--results results/bench/kgd_viscosity]
+        [--step 0.08] [--results results/bench/kgd_viscosity]
 
 Writes kgd_viscosity.csv: size of the elements and time, and half-length, opening at the middle and pressure there beyond the
 confining stress as found, by the similarity solution, and by the same laws in rock without a mesh (viscous_crack.py); and the
@@ -33,11 +33,11 @@ UNITS = (1, 1e3, 1e-6)
 LABELS = ("half-length [m]", "opening at the middle [mm]", "net pressure at the middle [MPa]")
 
 
-def rows_of(case, times, folder):
+def rows_of(case, times, step, folder):
     """A row for each time; along the crack at the last one: places of the nodes, pressures, middles of the elements, openings"""
     folder.mkdir(parents=True, exist_ok=True)
     well = viscous_mesh(folder, case, 1.3 * case.similarity(max(times))[0])
-    deck = viscous_injection(case, times)
+    deck = viscous_injection(case, times, step)
     x, _, found = flow_grid.snapshots(PROGRAM, folder, deck, timeout=None)
     rows = []
     for time, fields, alone in zip(times, found[2:], viscous_crack(case, times), strict=True):
@@ -120,13 +120,16 @@ def main(argv=None):
     parser.add_argument("--confined", type=float, default=20e6)
     parser.add_argument("--viscosity", type=float, default=0.1)
     parser.add_argument("--times", type=float, nargs="+", default=[2.5, 5.0, 10.0])
+    parser.add_argument("--step", type=float, default=0.08, help="longest step of time [s]")
     parser.add_argument("--results", type=Path, default=TOP / "results" / "bench" / "kgd_viscosity")
     arguments = parser.parse_args(argv)
     arguments.results.mkdir(parents=True, exist_ok=True)
     rows = []
     for size in sorted(arguments.sizes, reverse=True):
         case = Case(size=size, confined=arguments.confined, viscosity=arguments.viscosity)
-        more, profile = rows_of(case, arguments.times, arguments.results / f"{1e3 * size:g}_mm")
+        more, profile = rows_of(
+            case, arguments.times, arguments.step, arguments.results / f"{1e3 * size:g}_mm"
+        )
         rows += more
     columns = [
         "size_m",

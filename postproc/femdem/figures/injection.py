@@ -88,7 +88,7 @@ def main(words=None):
     growth.plot(times, lengths, "o-", color=style.PALETTE[0], markersize=3, label="length")
     if last["saturation"] is not None:
         growth.plot(times, fronts, "--", color=style.PALETTE[0], label="fluid")
-    growth.legend()
+    growth.legend(loc="lower right")
     beside = growth.twinx()
     beside.plot(times, largest, "s-", color=style.PALETTE[1], markersize=3)
     beside.grid(visible=False)
