@@ -24,7 +24,7 @@ module joint_border_m
    private
 
    public :: set_penalty, settle, largest_closure, couple_walls, couple_potential, press_softer, begin_tangents, joint_stiffness, &
-             stiffness_at_points, answer_of, are_apart, pressing, show_bond
+             stiffness_at_points, slip_of_step, answer_of, are_apart, pressing, show_bond
 
    !> How a joint answers a small motion of its walls, for the tangent of the implicit solver
    type, public :: joint_answer_t
@@ -86,6 +86,17 @@ contains
 
       closure = law%own_closure()*millimetre
    end function largest_closure
+
+   !> Slip of the peak strength of a joint under pressure and what it has slipped before, against which a step of its law is long or
+   !> short; 0: no pressure, or a law without a peak [m].
+   elemental real(wp) function slip_of_step(law, point) result(slip)
+      type(law_item_t), intent(in) :: law
+      type(joint_point_t), intent(in) :: point
+
+      slip = 0.0_wp
+      if (point%sn > 0.0_wp) slip = law%raw%slip_of_peak(point%sn)
+      if (slip > 0.0_wp) slip = (slip + abs(point%u))*millimetre
+   end function slip_of_step
 
    ! ---- In every step -----------------------------------------------------------------------------------------------------
 

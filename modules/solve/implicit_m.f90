@@ -18,7 +18,7 @@ module implicit_m
    use rest_report_m, only: no_rest, no_factors, end_rest, end_far, end_stuck, end_long, end_linear, end_broken, end_again
    use cracks_m, only: breaks_t, find_breaks, describe_bonds
    use explicit_m, only: cycle_report_t, fraction_done
-   use increment_m, only: account_increment, has_left, slip_watch_t
+   use increment_m, only: account_increment, has_left, drives_too_far, slip_watch_t
    use corners_m, only: corner_choices_t, decide_corners, press_further, press_back, any_passed, free_choices, any_chosen, &
                         turn_corners, most_pressed, most_chosen
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
@@ -82,8 +82,6 @@ module implicit_m
 
    !> What is left of a cycle is nothing below this part of it: rounding
    real(wp), parameter :: least_part = 1.0e-9_wp
-   !> Increments no longer than this part of a cycle that find no rest are tried with corners free
-   real(wp), parameter :: choose_anew = 0.25_wp
    !> Unbalanced force ratio while corners are pressed back, all but the last time
    real(wp), parameter :: while_pressed = 1.0e-4_wp
    !> An increment that took no more iterations than this is followed by a longer one
@@ -199,21 +197,24 @@ contains
       end associate
       call equilibrate(self, model, self%way%increment, model%rest_tolerance(), state, iterations, found)
       ending = end_rest
-      too_far = .false.
-      if (found .and. .not. self%way%turned) call try_turned(self, model, state, ending)
-      if (ending == end_again) return
       if (found) then
          too_far = self%way%watch%too_far(model, model%deck%implicit%largest_slip, self%way%part, self%way%increment%start, state)
       else
          self%way%watch = slip_watch_t()
+         too_far = .not. allocated(self%failure) .and. &
+                   drives_too_far(model, model%deck%implicit%largest_slip, self%way%duration, self%way%part, &
+                                  self%way%increment%start)
       end if
       if (too_far) then
          call give_up_increment(self, self%way%increment, state)
          ending = end_again
+         call forget_turn(self%way, state)
          state%guess%part = 0.5_wp*self%way%part
-         state%guess%slip_part = state%guess%part
+         state%guess%slip_part = min(state%guess%slip_part, state%guess%part)
          return
       end if
+      if (found .and. .not. self%way%turned) call try_turned(self, model, state, ending)
+      if (ending == end_again) return
       if (found) then
          self%way%turned = .false.
          if (allocated(self%way%before_turn)) deallocate (self%way%before_turn)
@@ -227,17 +228,18 @@ contains
       end if
       call give_up_increment(self, self%way%increment, state)
       ending = end_again
-      ! No rest with corners turned, nor in a part of the increment: then as they were
-      if (self%way%part <= choose_anew .and. allocated(self%way%before_turn) .and. .not. allocated(self%failure)) then
+      ! No rest with corners turned: then as they were
+      if (allocated(self%way%before_turn) .and. .not. allocated(self%failure)) then
          state%corners = self%way%before_turn
          deallocate (self%way%before_turn)
          return
       end if
       ! Points that were chosen to hold each other may stand in the way: they choose anew at the rest without them
-      if (self%way%part <= choose_anew .and. any_chosen(model%corners, state%corners) .and. .not. allocated(self%failure)) then
+      if (any_chosen(model%corners, state%corners) .and. .not. allocated(self%failure)) then
          call free_choices(model%corners, state%corners)
          return
       end if
+      self%way%turned = .false.
       state%guess%part = 0.5_wp*state%guess%part
       if (allocated(self%failure)) ending = end_linear
       shortest_cut = 0.5_wp**model%deck%implicit%largest_cut*state%guess%slip_part
@@ -264,6 +266,17 @@ contains
       call give_up_increment(self, self%way%increment, state)
       state%corners = choices
    end subroutine try_turned
+
+   !> A shorter increment starts with corners as they were before they were turned.
+   subroutine forget_turn(way, state)
+      type(way_t), intent(inout) :: way
+      type(state_t), intent(inout) :: state
+
+      way%turned = .false.
+      if (.not. allocated(way%before_turn)) return
+      state%corners = way%before_turn
+      deallocate (way%before_turn)
+   end subroutine forget_turn
 
    !> At rest: hold the corners that have come into each other, and press them back bit by bit in the same increment, as far as
    !> there is rest.

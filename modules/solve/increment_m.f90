@@ -9,11 +9,13 @@ module increment_m
    use model_m, only: model_t, increment_t
    use state_m, only: state_t, laws_go_back
    use forces_m, only: find_forces, find_energies
+   use joint_border_m, only: slip_of_step
    use shares_m, only: book_increment
    implicit none
    private
 
-   public :: increment_t, begin_increment, start_increment, forces_from_start, account_increment, has_left, slip_over_peak, shortest
+   public :: increment_t, begin_increment, start_increment, forces_from_start, account_increment, has_left, drives_too_far, &
+             slip_over_peak, shortest
 
    !> Watch over the slip of increments that have come to rest
    type, public :: slip_watch_t
@@ -100,6 +102,31 @@ contains
          if (peak > 0.0_wp) furthest = max(furthest, abs(state%joint(j)%u - start%joint(j)%u)/(peak + abs(start%joint(j)%u)))
       end do
    end function slip_over_peak
+
+   !> Do prescribed displacements alone drive a joint under pressure farther than the laws are followed along their curves? Whether
+   !> rest is found so far off is chance.
+   pure logical function drives_too_far(model, allowed, duration, part, start) result(too_far)
+      type(model_t), intent(in) :: model
+      !> The deck's largest_slip
+      real(wp), intent(in) :: allowed
+      !> Time that prescribed velocities act [s], part of a cycle that the increment is
+      real(wp), intent(in) :: duration, part
+      !> Rest at its start
+      type(state_t), intent(in) :: start
+      real(wp) :: drive(2), allowed_slip(size(model%joints%law))
+      integer :: i
+
+      too_far = .false.
+      if (part <= shortest) return
+      do i = 1, 2
+         drive(i) = 0.0_wp
+         if (.not. any(model%loads%fixed(i, :))) cycle
+         drive(i) = maxval(model%loads%velocity(i, :), mask=model%loads%fixed(i, :)) &
+                    - minval(model%loads%velocity(i, :), mask=model%loads%fixed(i, :))
+      end do
+      allowed_slip = allowed*slip_of_step(model%joints%law, start%joint)
+      too_far = any(allowed_slip > 0.0_wp .and. allowed_slip < duration*norm2(drive))
+   end function drives_too_far
 
    !> Has a joint slipped farther in an increment than the laws are followed along their curves, and would half of it be nearer to
    !> them? What snaps slips as far in a shorter increment. When true, the caller goes back to its start and tries half of it.

@@ -56,8 +56,8 @@ module newton_m
    !> A correction may move a node this many joint lengths (plus what the increment prescribes)
    real(wp), parameter :: longest_correction = 0.5_wp
    !> Solutions with older factors: their tolerance, and the steps after which a factorisation costs less
-   real(wp), parameter :: lagged_tolerance = 0.05_wp
-   integer, parameter :: most_lagged = 3
+   real(wp), parameter :: lagged_tolerance = 0.1_wp
+   integer, parameter :: most_lagged = 5
    !> Unbalanced force ratio above which closure is taken by tangents, and below which no longer
    real(wp), parameter :: far = 1.0e-3_wp, near = 1.0e-4_wp
    !> With tangents the unbalanced force may rise by this factor, so many times: it is small walls and corners that have met

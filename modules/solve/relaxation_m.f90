@@ -169,6 +169,10 @@ contains
          state%corners = place%before_turn
          deallocate (place%before_turn)
       else
+         ! Half of it starts with corners as they were
+         if (allocated(place%before_turn)) state%corners = place%before_turn
+         if (allocated(place%before_turn)) deallocate (place%before_turn)
+         place%turned = .false.
          state%guess%part = 0.5_wp*place%part
          if (place%stuck) place%longest = state%guess%part
       end if
@@ -308,8 +312,8 @@ contains
       end if
    end subroutine come_to_rest
 
-   !> At rest: where the increment has driven a corner against the side that holds it, it is tried again from its start with the
-   !> other one; where joints have slipped too far, half of it.
+   !> At rest: where joints have slipped too far half of the increment is tried; where it has driven a corner against the side that
+   !> holds it, all of it with the other one.
    subroutine look_back(model, increment, place, state, back)
       type(model_t), intent(in) :: model
       type(increment_t), intent(in) :: increment
@@ -319,18 +323,13 @@ contains
       logical, intent(out) :: back
       type(corner_choices_t) :: before
 
+      back = place%watch%too_far(model, model%deck%relaxation%largest_slip, place%part, increment%start, state)
+      if (back .or. place%turned) return
       before = state%corners
-      back = .false.
-      if (.not. place%turned) then
-         call turn_corners(model%corners, increment%start%u, state%u, state%corners, place%turned)
-         place%turns = place%turned
-         back = place%turned
-      end if
-      if (back) then
-         place%before_turn = before
-      else
-         back = place%watch%too_far(model, model%deck%relaxation%largest_slip, place%part, increment%start, state)
-      end if
+      call turn_corners(model%corners, increment%start%u, state%u, state%corners, place%turned)
+      place%turns = place%turned
+      back = place%turned
+      if (back) place%before_turn = before
    end subroutine look_back
 
    !> May half the increment find rest? Not where a block goes its way without a swing, while corners are pressed back, nor where
