@@ -210,7 +210,7 @@ contains
          ending = end_again
          call forget_turn(self%way, state)
          state%guess%part = 0.5_wp*self%way%part
-         state%guess%slip_part = min(state%guess%slip_part, state%guess%part)
+         state%guess%slip_part = state%guess%part
          return
       end if
       if (found .and. .not. self%way%turned) call try_turned(self, model, state, ending)

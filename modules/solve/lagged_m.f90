@@ -3,7 +3,7 @@
 !> Where some walls and bonds have changed their stiffness since the matrix was factored, the old factors and the new matrix
 !> differ by little, or by much in few places: a step of the iteration for each of these gives the solution, to the tolerance
 !> asked for, for the price of a solution with the factors and a product with the matrix. What the steps so far have left tells
-!> how many it will take: where these are too many it is given up.
+!> how many it will take: where these are too many it is given up (a single stiff change, that two steps would mend, too).
 module lagged_m
    use kinds_m, only: wp
    use sparse_system_m, only: sparse_system_t, multiply

@@ -170,8 +170,10 @@ contains
          deallocate (place%before_turn)
       else
          ! Half of it starts with corners as they were
-         if (allocated(place%before_turn)) state%corners = place%before_turn
-         if (allocated(place%before_turn)) deallocate (place%before_turn)
+         if (allocated(place%before_turn)) then
+            state%corners = place%before_turn
+            deallocate (place%before_turn)
+         end if
          place%turned = .false.
          state%guess%part = 0.5_wp*place%part
          if (place%stuck) place%longest = state%guess%part
