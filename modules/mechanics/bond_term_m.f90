@@ -61,7 +61,7 @@ contains
          associate (bonds => model%bonds, node => model%bonds%node(:, b))
             call add_block(system, node, bond_tangent(bonds%length(b), bonds%law(b), bonds%shift(:, :, b), &
                                                       model%split%x(:, node), state%u(:, node), increment%start%bonds%point(:, b), &
-                                                      softens=increment%softens), outside)
+                                                      softens=state%bonds%softens), outside)
          end associate
       end do
    end subroutine add_tangent

@@ -60,6 +60,8 @@ module bonds_m
       logical, allocatable :: broken(:)
       !> What has broken, in the order of time
       type(crack_event_t), allocatable :: event(:)
+      !> Is their softening in the tangent? (implicit solver)
+      logical :: softens = .false.
    end type bond_memory_t
 
 contains

@@ -52,8 +52,6 @@ module model_m
       !> Drag on the free nodes over the stiffness of the rock around them: a force against their displacement since the
       !> start of the increment. 0: none; with it an increment is a step of pseudo-time
       real(wp) :: drag = 0.0_wp
-      !> Softening of bonds in the tangent (see bond_tangent)? For increments that start near a stable equilibrium, or have drag
-      logical :: softens = .false.
    end type increment_t
 
    !> A term of the equations of motion: rock, loads, walls, ... Its parameters are in the model, built there, its memory is in the

@@ -94,7 +94,9 @@ module implicit_m
    !> equilibrium, drag that lets nothing move any more, and drag so light that equilibrium without it is worth a try
    real(wp), parameter :: first_drag = 1.0_wp, lighter = 0.25_wp, heavier = 4.0_wp, heaviest = 1.0e6_wp, light = 1.0e-9_wp
    !> Unbalanced force ratio at which a step of pseudo-time is done, also as a share of what it starts from
-   real(wp), parameter :: pseudo_tolerance = 1.0e-5_wp, pseudo_share = 1.0e-2_wp
+   real(wp), parameter :: pseudo_tolerance = 1.0e-4_wp, pseudo_share = 5.0e-2_wp
+   !> A step in which a correction has to be halved more often is given up: heavier drag costs less
+   integer, parameter :: pseudo_halvings = 2
    !> A step that took no more iterations than this is followed by one with less drag
    integer, parameter :: easy_pseudo = 22
    !> Steps found in a row after one that was not, before the drag falls again
@@ -440,6 +442,7 @@ contains
          free = self%way%drag <= light .or. self%way%calming
          self%way%calming = .false.
          increment%softens = .true.
+         increment%halvings = pseudo_halvings
          if (free) then
             tolerance = model%rest_tolerance()
          else

@@ -18,6 +18,7 @@ module newton_m
    use sparse_lu_m, only: sparse_lu_t, linear_ok, linear_failed
    use anderson_m, only: anderson_t
    use lagged_m, only: solve_lagged
+   use softening_m, only: softening_t
    use increment_m, only: increment_t, begin_increment, forces_from_start
    implicit none
    private
@@ -47,6 +48,10 @@ module newton_m
    type, public, extends(increment_t) :: newton_increment_t
       !> Longest correction of one iteration [m]
       real(wp) :: longest = huge(1.0_wp)
+      !> Softening of bonds in the matrix from the start on? For steps of pseudo-time
+      logical :: softens = .false.
+      !> Times that a correction is halved at the most, if not less by the deck: where there is another way, searching costs more
+      integer :: halvings = huge(1)
    end type newton_increment_t
 
    !> An iteration with a kept matrix must reduce the unbalanced force to this share, or the matrix is made anew
@@ -63,6 +68,8 @@ module newton_m
    !> With tangents the unbalanced force may rise by this factor, so many times: it is small walls and corners that have met
    real(wp), parameter :: highest_rise = 20.0_wp
    integer, parameter :: most_rises = 4
+   !> Share of the work along a step at which its least is near
+   real(wp), parameter :: least_work = 0.5_wp
    !> Rounding of the forces: this many times the machine's precision
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
    !> Weak springs over the stiffness of the rock
@@ -192,7 +199,8 @@ contains
       type(state_t), intent(inout) :: state
       integer, intent(out) :: iterations
       logical, intent(out) :: converged
-      real(wp) :: residual(self%system%unknowns), step(self%system%unknowns), unbalanced, before, bound
+      real(wp) :: residual(self%system%unknowns), step(self%system%unknowns), unbalanced, before, bound, left
+      type(softening_t) :: softening
       logical :: fresh, slow, regular, taken, may
       integer :: rises
 
@@ -201,6 +209,8 @@ contains
       by_tangents = .false.
       rises = 0
       slow = model%deck%implicit%matrix == 'new'
+      softening = softening_t(may=model%can_break .and. .not. increment%softens)
+      state%bonds%softens = increment%softens
       call self%past%forget(self%system%unknowns)
       call gather(self%system, net_force(state), residual)
       unbalanced = norm2(residual)
@@ -212,7 +222,7 @@ contains
                call find_residual(self, model, increment, state, residual, unbalanced)
             end if
             converged = .not. tangents%on .and. unbalanced_ratio(model%loads, state) <= tolerance
-            if (converged) return
+            if (converged) exit
             fresh = slow .or. self%outdated .or. .not. self%factored
             if (fresh) then
                if (may .and. .not. tangents%on .and. unbalanced_ratio(model%loads, state) > far) then
@@ -223,18 +233,25 @@ contains
             else
                call correction(self, residual, step, regular)
             end if
-            if (.not. regular) exit
+            if (.not. regular) then
+               call softening%give_up(state%bonds%softens, slow)
+               if (slow) cycle
+               exit
+            end if
             call shorten(increment%longest, step)
             before = unbalanced
             bound = 1.0_wp
             if (tangents%on .and. fresh .and. rises < most_rises) bound = highest_rise
-            call search_line(self, model, increment, bound, fresh, step, state, residual, unbalanced, taken)
+            call search_line(self, model, increment, bound, fresh, step, state, residual, unbalanced, left, taken)
             if (taken) then
                if (tangents%on) call tangents%advance(state%walls)
                if (unbalanced > before) rises = rises + 1
                call self%past%took(step)
                slow = unbalanced > good_reduction*before
+               call softening%judge(left, unbalanced/before, unbalanced_ratio(model%loads, state) < far, state%bonds%softens)
             else if (fresh) then
+               call softening%give_up(state%bonds%softens, slow)
+               if (slow) cycle
                ! As good as rounding allows?
                converged = .not. tangents%on .and. unbalanced <= rounding*norm2(self%diagonal*displacement(self, state))
                exit
@@ -244,6 +261,7 @@ contains
             if (model%deck%implicit%matrix == 'new') slow = .true.
          end do
          tangents%on = .false.
+         state%bonds%softens = .false.
       end associate
    end subroutine iterate
 
@@ -306,9 +324,11 @@ contains
       if (largest > longest) step = step*(longest/largest)
    end subroutine shorten
 
-   !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force. A kept matrix gets one
-   !> try. Without success the state is where it was.
-   subroutine search_line(self, model, increment, bound, fresh, step, state, residual, unbalanced, taken)
+   !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force; in rock that can break also one
+   !> that comes near the least of the work along the step, though the force rises: bonds that load where the matrix has them
+   !> unload, or the other way round, are known to the next matrix. A kept matrix gets one try. Without success the state is
+   !> where it was.
+   subroutine search_line(self, model, increment, bound, fresh, step, state, residual, unbalanced, left, taken)
       class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
@@ -321,21 +341,32 @@ contains
       type(state_t), intent(inout) :: state
       !> Unbalanced force (unknowns) [N/m] and its norm, at the state
       real(wp), intent(inout) :: residual(:), unbalanced
+      !> Work that a whole step by the matrix of this state leaves along it, over what there was; otherwise 0
+      real(wp), intent(out) :: left
       logical, intent(out) :: taken
-      real(wp) :: origin(2, size(state%u, 2)), share, before
+      real(wp) :: origin(2, size(state%u, 2)), share, before, work
       integer :: halvings, most
+      logical :: tells
 
       origin = state%u
       before = unbalanced
+      work = dot_product(residual, step)
+      tells = fresh .and. work > 0.0_wp
+      left = 0.0_wp
       share = 1.0_wp
-      most = merge(model%deck%implicit%line_search, 0, fresh)
+      most = merge(min(model%deck%implicit%line_search, increment%halvings), 0, fresh)
       do halvings = 0, most
          state%u = origin
          call scatter(self%system, share, step, state%u)
          call find_residual(self, model, increment, state, residual, unbalanced)
          ! A comparison with NaN is false
          taken = unbalanced <= (bound - sufficient*share)*before
+         if (tells) then
+            left = dot_product(residual, step)/work
+            if (model%can_break) taken = taken .or. (abs(left) <= least_work .and. unbalanced <= highest_rise*before)
+         end if
          if (taken) then
+            if (halvings > 0) left = 0.0_wp
             step = share*step
             return
          end if
