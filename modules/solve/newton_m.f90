@@ -68,8 +68,8 @@ module newton_m
    !> With tangents the unbalanced force may rise by this factor, so many times: it is small walls and corners that have met
    real(wp), parameter :: highest_rise = 20.0_wp
    integer, parameter :: most_rises = 4
-   !> Share of the work along a step at which its least is near
-   real(wp), parameter :: least_work = 0.5_wp
+   !> Where the force rises: most work that a step may leave along it, over what there was, and share at which its least is near
+   real(wp), parameter :: most_work = 3.0_wp, least_work = 0.5_wp
    !> Rounding of the forces: this many times the machine's precision
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
    !> Weak springs over the stiffness of the rock
@@ -324,10 +324,10 @@ contains
       if (largest > longest) step = step*(longest/largest)
    end subroutine shorten
 
-   !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force; in rock that can break also one
-   !> that comes near the least of the work along the step, though the force rises: bonds that load where the matrix has them
-   !> unload, or the other way round, are known to the next matrix. A kept matrix gets one try. Without success the state is
-   !> where it was.
+   !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force, or lets it rise no further than
+   !> the bound without going far beyond the least of the work along the step; in rock that can break also one
+   !> that comes near that least: bonds that load where the matrix has them unload, or the other way round, are known to the
+   !> next matrix. A kept matrix gets one try. Without success the state is where it was.
    subroutine search_line(self, model, increment, bound, fresh, step, state, residual, unbalanced, left, taken)
       class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -360,9 +360,10 @@ contains
          call scatter(self%system, share, step, state%u)
          call find_residual(self, model, increment, state, residual, unbalanced)
          ! A comparison with NaN is false
-         taken = unbalanced <= (bound - sufficient*share)*before
+         taken = unbalanced <= (1.0_wp - sufficient*share)*before
          if (tells) then
             left = dot_product(residual, step)/work
+            taken = taken .or. (abs(left) <= most_work .and. unbalanced <= bound*before)
             if (model%can_break) taken = taken .or. (abs(left) <= least_work .and. unbalanced <= highest_rise*before)
          end if
          if (taken) then
