@@ -68,7 +68,8 @@ module newton_m
    !> With tangents the unbalanced force may rise by this factor, so many times: it is small walls and corners that have met
    real(wp), parameter :: highest_rise = 20.0_wp
    integer, parameter :: most_rises = 4
-   !> Where the force rises: most work that a step may leave along it, over what there was, and share at which its least is near
+   !> Where the force rises: most work that a step may leave along it where corners can be hit, over what there was, and share at
+   !> which its least is near
    real(wp), parameter :: most_work = 3.0_wp, least_work = 0.5_wp
    !> Rounding of the forces: this many times the machine's precision
    real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
@@ -346,12 +347,13 @@ contains
       logical, intent(out) :: taken
       real(wp) :: origin(2, size(state%u, 2)), share, before, work
       integer :: halvings, most
-      logical :: tells
+      logical :: tells, has_corners
 
       origin = state%u
       before = unbalanced
       work = dot_product(residual, step)
       tells = fresh .and. work > 0.0_wp
+      has_corners = size(model%corners%stiffness) > 0
       left = 0.0_wp
       share = 1.0_wp
       most = merge(min(model%deck%implicit%line_search, increment%halvings), 0, fresh)
@@ -360,12 +362,10 @@ contains
          call scatter(self%system, share, step, state%u)
          call find_residual(self, model, increment, state, residual, unbalanced)
          ! A comparison with NaN is false
-         taken = unbalanced <= (1.0_wp - sufficient*share)*before
-         if (tells) then
-            left = dot_product(residual, step)/work
-            taken = taken .or. (abs(left) <= most_work .and. unbalanced <= bound*before)
-            if (model%can_break) taken = taken .or. (abs(left) <= least_work .and. unbalanced <= highest_rise*before)
-         end if
+         taken = unbalanced <= (bound - sufficient*share)*before
+         if (tells) left = dot_product(residual, step)/work
+         if (has_corners .and. unbalanced > before) taken = taken .and. tells .and. abs(left) <= most_work
+         if (model%can_break .and. tells) taken = taken .or. (abs(left) <= least_work .and. unbalanced <= highest_rise*before)
          if (taken) then
             if (halvings > 0) left = 0.0_wp
             step = share*step
