@@ -202,7 +202,7 @@ contains
       logical, intent(out) :: converged
       real(wp) :: residual(self%system%unknowns), step(self%system%unknowns), unbalanced, before, bound, left
       type(softening_t) :: softening
-      logical :: fresh, slow, regular, taken, may
+      logical :: fresh, slow, regular, whole, taken, may
       integer :: rises
 
       converged = .false.
@@ -239,7 +239,7 @@ contains
                if (slow) cycle
                exit
             end if
-            call shorten(increment%longest, step)
+            call shorten(increment%longest, step, whole)
             before = unbalanced
             bound = 1.0_wp
             if (tangents%on .and. fresh .and. rises < most_rises) bound = highest_rise
@@ -249,6 +249,7 @@ contains
                if (unbalanced > before) rises = rises + 1
                call self%past%took(step)
                slow = unbalanced > good_reduction*before
+               if (.not. whole) left = 0.0_wp
                call softening%judge(left, unbalanced/before, unbalanced_ratio(model%loads, state) < far, state%bonds%softens)
             else if (fresh) then
                call softening%give_up(state%bonds%softens, slow)
@@ -314,15 +315,18 @@ contains
    end subroutine exact_correction
 
    !> No node moves by more than the longest correction.
-   pure subroutine shorten(longest, step)
+   pure subroutine shorten(longest, step, whole)
       !> [m]
       real(wp), intent(in) :: longest
       !> (unknowns) [m]
       real(wp), intent(inout) :: step(:)
+      !> Is it no longer?
+      logical, intent(out) :: whole
       real(wp) :: largest
 
       largest = maxval(abs(step))
-      if (largest > longest) step = step*(longest/largest)
+      whole = largest <= longest
+      if (.not. whole) step = step*(longest/largest)
    end subroutine shorten
 
    !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force, or lets it rise no further than
@@ -342,7 +346,7 @@ contains
       type(state_t), intent(inout) :: state
       !> Unbalanced force (unknowns) [N/m] and its norm, at the state
       real(wp), intent(inout) :: residual(:), unbalanced
-      !> Work that a whole step by the matrix of this state leaves along it, over what there was; otherwise 0
+      !> Work that a step taken at full length by the matrix of this state leaves along it, over what there was; otherwise 0
       real(wp), intent(out) :: left
       logical, intent(out) :: taken
       real(wp) :: origin(2, size(state%u, 2)), share, before, work

@@ -40,8 +40,8 @@ contains
    !> After a step: goes the next matrix with softening?
    pure subroutine judge(self, left, reduction, near, softens)
       class(softening_t), intent(inout) :: self
-      !> Work along the step, force times step, at its end over that at its start; 0 where that tells nothing: the matrix is older
-      !> than the step, which was shortened, or the start has none
+      !> Work along the step, force times step, at its end over that at its start; 0 where that tells nothing: older matrix, step
+      !> cut short, no work at its start
       real(wp), intent(in) :: left
       !> Unbalanced force after the step over that before it
       real(wp), intent(in) :: reduction
