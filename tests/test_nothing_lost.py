@@ -14,6 +14,7 @@ import time
 import h5py
 import pytest
 
+from femdem.results import Fields, ResultsError
 from test_wrong_decks import MESH
 
 DECK = """
@@ -121,6 +122,28 @@ def test_a_fields_file_that_cannot_be_read_is_set_aside(damage, femdem, whole, t
     if damage != "emptied":
         assert (tmp_path / "results" / "fields.h5.damaged").read_bytes() == cut[damage]
     assert (tmp_path / "results" / "history.csv").read_bytes() == (whole / "history.csv").read_bytes()
+
+
+@pytest.mark.fast
+def test_a_fields_file_that_a_kill_left_half_way_says_what_to_do(femdem, tmp_path):
+    """(That nothing of it is lost: unit test of fields.h5, kills.py)"""
+    write(tmp_path, cycles=2)
+    assert run(femdem, tmp_path).returncode == 0
+    fields = tmp_path / "results" / "fields.h5"
+    assert not (tmp_path / "results" / "fields.h5.writing").exists()
+    fields.write_bytes(fields.read_bytes()[:100])
+    with pytest.raises(ResultsError, match="cannot be read") as without:
+        Fields(fields)
+    assert "--restart" not in str(without.value)
+    (tmp_path / "results" / "fields.h5.writing").write_text("")
+    with pytest.raises(ResultsError, match="when that goes on"):
+        Fields(fields)
+    # More than a kill has damaged it: nothing is lost of that either
+    done = go_on(femdem, tmp_path, "results")
+    assert done.returncode == 2, done.stderr
+    assert "move it away to go on without it" in done.stderr
+    fields.rename(tmp_path / "away.h5")
+    assert go_on(femdem, tmp_path, "results").returncode == 0
 
 
 # ---- Two runs in one directory ---------------------------------------------------------------------------------------

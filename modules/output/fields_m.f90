@@ -1,9 +1,10 @@
 !> fields.h5: the mesh and one group of arrays a snapshot; fields.xdmf and joints.xdmf beside it let ParaView open them. All are
 !> complete and closed after every snapshot, so what is there can be read while the run goes on and after a kill.
 module fields_m
+   use complete_groups_m, only: complete_groups_t, was_left, copy_complete, forget_left
    use errors_m, only: error_list_t
    use field_list_m, only: field_list_t, on_nodes, on_joints, place_name, vector_components
-   use files_m, only: file_exists, replace_file
+   use files_m, only: delete_file, file_exists, replace_file
    use hash_m, only: numbers_hash
    use hdf5_m, only: h5_file_t, h5_name_length
    use kinds_m, only: wp, i8
@@ -34,6 +35,8 @@ module fields_m
       !> Fields of the mesh that do not change with time; how many snapshots have been written
       type(snapshot_t) :: constant
       integer :: snapshots = 0
+      !> Meshes and snapshots that are complete
+      type(complete_groups_t) :: complete
    contains
       procedure :: init
       procedure :: resume
@@ -93,6 +96,8 @@ contains
 
       before = errors%count()
       call set_paths(self, directory)
+      if (was_left(self%path)) call rescue(self%path, provenance, notes, errors)
+      if (errors%count() > before) return
       if (.not. file_exists(self%path)) then
          call self%init(directory, mesh, block_edge, constant, provenance, errors)
          return
@@ -111,12 +116,14 @@ contains
          else
             self%snapshots = self%snapshots + 1
             kept(self%snapshots) = found
+            call self%complete%add(file, '/'//trim(name(i)))
          end if
       end do
       do i = 1, size(name)
          if (index(name(i), mesh_prefix) /= 1) cycle
          if (is_needed('/'//trim(name(i)))) then
             self%meshes = self%meshes + 1
+            call self%complete%add(file, '/'//trim(name(i)))
          else
             call file%remove('/'//trim(name(i)))
          end if
@@ -142,7 +149,7 @@ contains
          return
       end if
       if (allocated(self%mesh_group)) self%fingerprint = fingerprint_in(file, self%mesh_group)
-      call file%close(errors)
+      call self%complete%close(file, self%path, errors)
       if (errors%count() > before) return
       if (self%snapshots > 0) call write_xdmf(self%xdmf_path, 'fields.h5', kept(:self%snapshots), errors)
       if (allocated(self%mesh_group)) return
@@ -263,7 +270,7 @@ contains
       call file%make_group(self%mesh_group)
       call write_mesh(file, self%mesh_group//'/', mesh, block_edge)
       call write_list(file, self%mesh_group, constant, self%constant)
-      call file%close(errors)
+      call close_with(self, file, self%mesh_group, errors)
    end subroutine set_mesh
 
    !> Write one snapshot.
@@ -298,7 +305,7 @@ contains
       call file%put(new%path, 'cycle', cycle)
       call put_mesh_of(file, new, self%mesh_group, self%entities, self%constant)
       call write_list(file, new%path, list, new)
-      call file%close(errors)
+      call close_with(self, file, new%path, errors)
       if (errors%count() > before) return
       self%snapshots = self%snapshots + 1
       if (self%snapshots == 1) then
@@ -308,6 +315,49 @@ contains
       end if
    end subroutine write_snapshot
 
+   !> Close the file with a new group in it, which is complete then.
+   subroutine close_with(self, file, group, errors)
+      class(fields_t), intent(inout) :: self
+      type(h5_file_t), intent(inout) :: file
+      character(len=*), intent(in) :: group
+      type(error_list_t), intent(inout) :: errors
+      type(complete_groups_t) :: complete
+      integer :: before
+
+      before = errors%count()
+      complete = self%complete
+      call complete%add(file, group)
+      call self%complete%close(file, self%path, errors)
+      if (errors%count() == before) self%complete = complete
+   end subroutine close_with
+
+   !> A kill has left the file half-way: what was complete in it goes on in a new one. After an error all is as it was.
+   subroutine rescue(path, provenance, notes, errors)
+      character(len=*), intent(in) :: path
+      type(provenance_t), intent(in) :: provenance
+      type(error_list_t), intent(inout) :: notes, errors
+      type(h5_file_t) :: new
+      type(error_list_t) :: failure
+      integer :: status
+
+      call new%create(path//'.part')
+      call put_provenance(new, provenance)
+      call copy_complete(path, new)
+      call new%close(failure)
+      if (.not. failure%any()) then
+         call replace_file(path//'.part', path, status)
+         if (status /= 0) call failure%add(path//': cannot be replaced')
+      end if
+      if (failure%any()) then
+         call delete_file(path//'.part')
+         call errors%add(path//' was being written when the run was killed, and what was complete in it cannot be taken to a '// &
+                         'new one ('//failure%text(1)//'); make room on the disk, or move it away to go on without it')
+         return
+      end if
+      call notes%add(path//' was being written when the run was killed: all that was complete in it is kept')
+      call forget_left(path)
+   end subroutine rescue
+
    subroutine set_paths(self, directory)
       type(fields_t), intent(inout) :: self
       character(len=*), intent(in) :: directory
@@ -316,6 +366,7 @@ contains
       self%xdmf_path = trim(directory)//'/fields.xdmf'
       self%meshes = 0
       self%snapshots = 0
+      self%complete = complete_groups_t()
    end subroutine set_paths
 
    subroutine put_provenance(file, provenance)

@@ -3,11 +3,13 @@
 !> list of calls with one check at its end.
 module hdf5_file_m
    use, intrinsic :: iso_c_binding, only: c_bool, c_int, c_int64_t, c_ptr, c_f_pointer
-   use hdf5, only: hid_t, hsize_t, h5open_f, h5iis_valid_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5pcreate_f, &
-                   h5pclose_f, h5gcreate_f, h5gclose_f, h5gn_members_f, h5gget_obj_info_idx_f, h5aexists_by_name_f, &
-                   h5lexists_f, h5ldelete_f, h5dont_atexit_f, h5fget_filesize_f, H5F_ACC_TRUNC_F, H5F_ACC_RDWR_F, &
-                   H5F_ACC_RDONLY_F, H5P_FILE_ACCESS_F, H5T_NATIVE_DOUBLE
+   use hdf5, only: hid_t, hsize_t, hobj_ref_t_f, h5open_f, h5iis_valid_f, h5eset_auto_f, h5fcreate_f, h5fopen_f, h5fclose_f, &
+                   h5pcreate_f, h5pclose_f, h5gcreate_f, h5gclose_f, h5gn_members_f, h5gget_obj_info_idx_f, &
+                   h5aexists_by_name_f, h5lexists_f, h5ldelete_f, h5rcreate_f, h5rdereference_f, h5ocopy_f, h5oclose_f, &
+                   h5dont_atexit_f, h5fget_filesize_f, H5F_ACC_TRUNC_F, H5F_ACC_RDWR_F, H5F_ACC_RDONLY_F, H5P_FILE_ACCESS_F, &
+                   H5T_NATIVE_DOUBLE
    use errors_m, only: error_list_t
+   use kinds_m, only: i8
    use text_m, only: quoted
    implicit none
    private
@@ -28,6 +30,7 @@ module hdf5_file_m
    contains
       procedure :: create
       procedure :: open => open_file
+      procedure :: reserve_room
       procedure :: close => close_file
       procedure :: failed
       procedure :: note
@@ -36,6 +39,8 @@ module hdf5_file_m
       procedure :: has
       procedure :: has_attribute
       procedure :: members
+      procedure :: refer
+      procedure :: copy
    end type h5_open_file_t
 
    interface
@@ -133,7 +138,7 @@ contains
       integer :: status
 
       if (self%id >= 0) then
-         if (self%writable) call reserve_room(self)
+         if (self%writable) call self%reserve_room()
          if (.not. (self%writable .and. self%failed())) then
             call h5fclose_f(self%id, status)
             call self%note(status, 'cannot close the file (disk full?)')
@@ -248,5 +253,41 @@ contains
          call self%note(status, 'cannot list '//quoted(path))
       end do
    end subroutine members
+
+   !> The library's reference to a group, by which it is found without the directory of the file as long as it stays.
+   subroutine refer(self, path, reference)
+      class(h5_open_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      integer(i8), intent(out) :: reference
+      type(hobj_ref_t_f) :: object
+      integer :: status
+
+      reference = 0_i8
+      if (self%failed()) return
+      call h5rcreate_f(self%id, trim(path), object, status)
+      call self%note(status, 'cannot refer to '//quoted(path))
+      if (status >= 0) reference = int(object%ref, i8)
+   end subroutine refer
+
+   !> Copy a group of another open file, with all in it, from its reference there.
+   subroutine copy(self, from, reference, path)
+      class(h5_open_file_t), intent(inout) :: self
+      class(h5_open_file_t), intent(in) :: from
+      integer(i8), intent(in) :: reference
+      !> Full path that it gets; the groups above it exist
+      character(len=*), intent(in) :: path
+      type(hobj_ref_t_f) :: object
+      integer(hid_t) :: group
+      integer :: status, closed
+
+      if (self%failed()) return
+      object%ref = reference
+      call h5rdereference_f(from%id, object, group, status)
+      call self%note(status, 'cannot find '//quoted(path)//' in '//from%path)
+      if (status < 0) return
+      call h5ocopy_f(group, '.', self%id, trim(path), status)
+      call self%note(status, 'cannot copy '//quoted(path)//' of '//from%path)
+      call h5oclose_f(group, closed)
+   end subroutine copy
 
 end module hdf5_file_m

@@ -222,12 +222,21 @@ class Fields:
         self.path = Path(path)
         if not self.path.is_file():
             raise ResultsError(f"{self.path}: there is no such file")
-        with self.open() as file:
-            self.provenance = {name: _plain(value) for name, value in file.attrs.items()}
-            self.steps = sorted(name for name in file if name.startswith("step_"))
-            self.times = np.array([file[name].attrs["time_s"] for name in self.steps])
-            self.stages = [_plain(file[name].attrs["stage"]) for name in self.steps]
-            self.cycles = np.array([file[name].attrs["cycle"] for name in self.steps], dtype=int)
+        try:
+            with h5py.File(self.path, "r") as file:
+                self.provenance = {name: _plain(value) for name, value in file.attrs.items()}
+                self.steps = sorted(name for name in file if name.startswith("step_"))
+                self.times = np.array([file[name].attrs["time_s"] for name in self.steps])
+                self.stages = [_plain(file[name].attrs["stage"]) for name in self.steps]
+                self.cycles = np.array([file[name].attrs["cycle"] for name in self.steps], dtype=int)
+        except (OSError, RuntimeError, KeyError) as error:
+            raise ResultsError(f"{self.path}: cannot be read ({error}){self._half_way()}") from error
+
+    def _half_way(self):
+        """What to do about a file that a run was closing when it was killed"""
+        if not self.path.with_name(self.path.name + ".writing").exists():
+            return ""
+        return "; a run was writing it when it was killed: when that goes on (--restart) all that was complete in it is kept"
 
     def open(self):
         """The file, for reading"""
