@@ -59,6 +59,8 @@ module corners_m
    real(wp), parameter, public :: press_back = 0.25_wp
    !> Times in an increment; times that sides are chosen anew in one
    integer, parameter, public :: most_pressed = 6, most_chosen = 3
+   !> Unbalanced force ratio at which those that are pressed back may be pressed further
+   real(wp), parameter, public :: while_pressed = 1.0e-4_wp
 
    public :: init_choices, free_choices, any_chosen, note_depths, decide_corners, turn_corners, press_further, any_passed, &
              any_held, keep_choices, keep_closure, follow_closure, add_corner_forces, corner_tangent, corner_nodes, &

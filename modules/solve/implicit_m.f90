@@ -20,7 +20,7 @@ module implicit_m
    use explicit_m, only: cycle_report_t, fraction_done
    use increment_m, only: account_increment, has_left, drives_too_far, slip_watch_t
    use corners_m, only: corner_choices_t, decide_corners, press_further, press_back, any_passed, free_choices, any_chosen, &
-                        turn_corners, most_pressed, most_chosen
+                        turn_corners, most_pressed, most_chosen, while_pressed
    use joint_kinematics_m, only: joint_frame_t, joint_kinematics
    use pore_pressure_m, only: press_walls
    use stopwatch_m, only: now_doing, work_solves, work_other
@@ -82,8 +82,6 @@ module implicit_m
 
    !> What is left of a cycle is nothing below this part of it: rounding
    real(wp), parameter :: least_part = 1.0e-9_wp
-   !> Unbalanced force ratio while corners are pressed back, all but the last time
-   real(wp), parameter :: while_pressed = 1.0e-4_wp
    !> An increment that took no more iterations than this is followed by a longer one
    integer, parameter :: easy = 12
    !> A first guess with a greater unbalanced force ratio than this is compared with standing still

@@ -12,7 +12,7 @@ module relaxation_m
    use mesh_m, only: place_text
    use model_m, only: model_t
    use corners_m, only: corner_choices_t, decide_corners, turn_corners, press_further, any_passed, any_held, keep_closure, &
-                        most_pressed, most_chosen
+                        most_pressed, most_chosen, while_pressed
    use state_m, only: state_t
    use joints_m, only: have_stiffened
    use loads_m, only: smooth_ramp
@@ -43,6 +43,19 @@ module relaxation_m
       type(corner_choices_t), allocatable :: before_turn
       type(slip_watch_t) :: watch
    end type relaxation_place_t
+
+   !> How near to rest an increment has come since its corners changed last
+   type :: way_t
+      !> Unbalanced force ratio when the closure at corners was found last, and the least so far; step of that
+      real(wp) :: since_kept = 1.0_wp, least = huge(1.0_wp)
+      integer :: least_at = 0
+      !> Peaks of the kinetic energy since then
+      integer :: peaks = 0
+      !> Part of its velocity that a node loses in a step
+      real(wp) :: loss = 0.0_wp
+   contains
+      procedure :: look
+   end type way_t
 
    !> Steps over which an increment's prescribed displacements and loads come on, at least
    integer, parameter :: ramp_steps = 50
@@ -162,7 +175,7 @@ contains
       type(corner_choices_t) :: choices
 
       choices = state%corners
-      call give_up_increment(increment, state)
+      call go_back_to(increment%start, state)
       if (place%turns) then
          state%corners = choices
       else if (place%stuck .and. allocated(place%before_turn)) then
@@ -181,16 +194,16 @@ contains
       place%turns = .false.
    end subroutine go_back
 
-   !> Back to the start of the increment; steps are counted on.
-   subroutine give_up_increment(increment, state)
-      type(increment_t), intent(in) :: increment
+   !> Back to an earlier state; steps are counted on.
+   subroutine go_back_to(earlier, state)
+      type(state_t), intent(in) :: earlier
       type(state_t), intent(inout) :: state
       integer(i8) :: step
 
       step = state%step
-      state = increment%start
+      state = earlier
       state%step = step
-   end subroutine give_up_increment
+   end subroutine go_back_to
 
    !> Follow an increment until it is at rest, and book its work. One that is to be halved, because joints slip too far or the
    !> forces do not come nearer balance, is not booked.
@@ -208,28 +221,26 @@ contains
       !> Is half of it to be tried, from its start?
       logical, intent(out) :: back
       type(error_list_t), intent(inout) :: errors
-      real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part, unbalanced, since_kept, least, loss
-      type(state_t) :: rest
-      integer :: step, ramp, pressed, pressed_at, chosen, least_at, peaks
-      logical :: searched, loose, changed, let_go
+      real(wp) :: mass(size(state%mass)), v(2, size(state%mass)), kinetic, before, part, unbalanced, tolerance
+      type(way_t) :: way
+      ! Before corners were pressed, and before they were pressed the last time
+      type(state_t) :: unpressed, rest
+      integer :: step, last, ramp, pressed, chosen
+      logical :: searched, loose, changed, let_go, far_enough
 
       back = .false.
+      far_enough = .false.
       place%stuck = .false.
-      least = huge(1.0_wp)
-      least_at = 0
-      peaks = 0
-      loss = 0.0_wp
       loose = .false.
       pressed = 0
-      pressed_at = 0
       chosen = 0
       call find_masses(model, .true., state, mass)
       call keep_closure(model%corners, state%u, state%corners)
-      since_kept = 1.0_wp
       call guess(model, increment, duration, state, ramp)
       v = 0.0_wp
       before = 0.0_wp
-      do step = 1, model%deck%relaxation%max_steps + ramp
+      last = model%deck%relaxation%max_steps + ramp
+      do step = 1, last
          part = 1.0_wp
          if (step < ramp) part = smooth_ramp(real(step, wp)/real(ramp, wp))
          where (model%loads%fixed) state%u = increment%start%u + part*duration*model%loads%velocity
@@ -241,13 +252,14 @@ contains
             call find_masses(model, .false., state, mass)
          if (step >= ramp .and. mod(step - ramp, steps_between_looks) == 0) then
             unbalanced = unbalanced_ratio(model%loads, state)
-            if (any_held(state%corners) .and. unbalanced <= max(model%rest_tolerance(), refresh*since_kept)) then
+            tolerance = tolerance_of(model, pressed, state)
+            if (any_held(state%corners) .and. unbalanced <= max(tolerance, refresh*way%since_kept)) then
                call keep_closure(model%corners, state%u, state%corners)
                call forces_from_start(model, increment, increment%level, state, searched)
                unbalanced = unbalanced_ratio(model%loads, state)
-               since_kept = unbalanced
+               way%since_kept = unbalanced
             end if
-            if (unbalanced <= model%rest_tolerance()) then
+            if (unbalanced <= tolerance) then
                if (pressed == 0 .and. chosen == 0 .and. duration > 0.0_wp) call look_back(model, increment, place, state, back)
                if (back) return
                let_go = .false.
@@ -258,8 +270,7 @@ contains
                end if
                if (let_go) then
                   chosen = chosen + 1
-                  since_kept = 1.0_wp
-                  least = huge(1.0_wp)
+                  way = way_t(least_at=step)
                   call find_masses(model, .false., state, mass)
                   cycle
                end if
@@ -269,43 +280,46 @@ contains
                end if
                ! Corners that have come into each other are pressed back, bit by bit
                rest = state
+               if (pressed == 0) unpressed = state
                pressed = pressed + 1
-               pressed_at = step
                call press_further(state%corners)
-               since_kept = 1.0_wp
-               least = huge(1.0_wp)
+               way = way_t(least_at=step)
                call find_masses(model, .false., state, mass)
-            else if (pressed > 0 .and. step - pressed_at > model%deck%relaxation%max_steps/10) then
-               ! Rest with the corners where they are is better than none
-               state = rest
-               call keep_closure(model%corners, state%u, state%corners)
+               cycle
+            else if (pressed > 0 .and. .not. far_enough .and. step - way%least_at > patience) then
+               ! Rest with the corners where they were is better than none
+               far_enough = .true.
+               pressed = most_pressed
+               call take_corners_back(model, rest, state)
+               v = 0.0_wp
+               before = 0.0_wp
+               way = way_t(least_at=step)
+               call find_masses(model, .false., state, mass)
+               cycle
+            else if (pressed > 0 .and. (step - way%least_at > patience .or. step + steps_between_looks > last)) then
+               call take_corners_back(model, unpressed, state)
                call forces_from_start(model, increment, increment%level, state, searched)
                call account_increment(model, increment%start, state)
                return
             end if
             loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(model, increment%start%u, state)
             if (loose) exit
-            if (unbalanced < nearer*least) then
-               least = unbalanced
-               least_at = step
-               peaks = 0
-            end if
-            if (step - least_at > undamped .and. peaks >= swings) loss = viscous
-            if (step - least_at > patience .and. may_be_halved(peaks, pressed, duration, place%part)) exit
+            call way%look(step, unbalanced)
+            if (step - way%least_at > patience .and. may_be_halved(way%peaks, pressed, duration, place%part)) exit
          end if
-         call push_nodes(model%loads%fixed, mass, before <= 0.0_wp, loss, state, v, kinetic)
+         call push_nodes(model%loads%fixed, mass, before <= 0.0_wp, way%loss, state, v, kinetic)
          ! A comparison with NaN is false
          if (.not. kinetic < absurd_energy) exit
          if (kinetic < before) then
             call back_to_peak(model%loads%fixed, mass, state, v)
             before = 0.0_wp
-            peaks = peaks + 1
+            way%peaks = way%peaks + 1
          else
             where (.not. model%loads%fixed) state%u = state%u + v
             before = kinetic
          end if
       end do
-      back = allocated(place%before_turn) .or. (.not. loose .and. may_be_halved(peaks, pressed, duration, place%part))
+      back = allocated(place%before_turn) .or. (.not. loose .and. may_be_halved(way%peaks, pressed, duration, place%part))
       if (back) then
          place%stuck = .true.
          place%watch = slip_watch_t()
@@ -333,6 +347,43 @@ contains
       back = place%turned
       if (back) place%before_turn = before
    end subroutine look_back
+
+   !> Unbalanced force ratio at which an increment is at rest, or near enough for corners to be pressed further.
+   pure real(wp) function tolerance_of(model, pressed, state) result(tolerance)
+      type(model_t), intent(in) :: model
+      !> How often they have been
+      integer, intent(in) :: pressed
+      type(state_t), intent(in) :: state
+
+      tolerance = model%rest_tolerance()
+      if (pressed == 0 .or. pressed == most_pressed) return
+      if (any_passed(model%corners, state%corners, state%u)) tolerance = max(tolerance, while_pressed)
+   end function tolerance_of
+
+   !> Back to an earlier state of the increment, with corners as they were.
+   subroutine take_corners_back(model, earlier, state)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: earlier
+      type(state_t), intent(inout) :: state
+
+      call go_back_to(earlier, state)
+      call keep_closure(model%corners, state%u, state%corners)
+   end subroutine take_corners_back
+
+   !> Has the unbalanced force come nearer to balance? Motion that does not is damped.
+   pure subroutine look(self, step, unbalanced)
+      class(way_t), intent(inout) :: self
+      integer, intent(in) :: step
+      !> Unbalanced force ratio
+      real(wp), intent(in) :: unbalanced
+
+      if (unbalanced < nearer*self%least) then
+         self%least = unbalanced
+         self%least_at = step
+         self%peaks = 0
+      end if
+      if (step - self%least_at > undamped .and. self%peaks >= swings) self%loss = viscous
+   end subroutine look
 
    !> May half the increment find rest? Not where a block goes its way without a swing, while corners are pressed back, nor where
    !> rock has broken.
