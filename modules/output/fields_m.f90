@@ -64,6 +64,7 @@ contains
 
       before = errors%count()
       call set_paths(self, directory)
+      call forget_left(self%path)
       call file%create(self%path)
       call put_provenance(file, provenance)
       call file%close(errors)

@@ -286,7 +286,12 @@ contains
                way = way_t(least_at=step)
                call find_masses(model, .false., state, mass)
                cycle
-            else if (pressed > 0 .and. .not. far_enough .and. step - way%least_at > patience) then
+            else if (far_enough .and. step - way%least_at > patience .or. pressed > 0 .and. step + steps_between_looks > last) then
+               call take_corners_back(model, unpressed, state)
+               call forces_from_start(model, increment, increment%level, state, searched)
+               call account_increment(model, increment%start, state)
+               return
+            else if (pressed > 0 .and. step - way%least_at > patience) then
                ! Rest with the corners where they were is better than none
                far_enough = .true.
                pressed = most_pressed
@@ -296,11 +301,6 @@ contains
                way = way_t(least_at=step)
                call find_masses(model, .false., state, mass)
                cycle
-            else if (pressed > 0 .and. (step - way%least_at > patience .or. step + steps_between_looks > last)) then
-               call take_corners_back(model, unpressed, state)
-               call forces_from_start(model, increment, increment%level, state, searched)
-               call account_increment(model, increment%start, state)
-               return
             end if
             loose = mod(step - ramp, steps_between_looks*looks_between_ticks) == 0 .and. has_left(model, increment%start%u, state)
             if (loose) exit
