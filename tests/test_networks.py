@@ -87,12 +87,13 @@ def test_generated_networks_finish(seed, rows):
 
 
 @pytest.mark.fast
-@pytest.mark.parametrize("seed", [2, 11])
-def test_relaxation_presses_corners_back_as_the_implicit_solver_does(seed, femdem):
-    """Phase I in one increment. Relaxation gave up pressing them back once, and slips were off by 0.73 and 0.39 of the largest."""
+@pytest.mark.parametrize(("seed", "slip"), [(2, 1e-4), (6, 1e-2), (11, 1e-4)])
+def test_relaxation_presses_corners_back_as_the_implicit_solver_does(seed, slip, femdem):
+    """Phase I in one increment. Relaxation gave up pressing them back once, and slips were off by 0.73 and 0.39 of the largest
+    (seeds 2 and 11); the implicit solver where a first press by three quarters of the depth found no rest, by 0.31 (seed 6)."""
     assert str(femdem) == program()
     (task,) = networks.generated([seed], [0.05])
     rows = networks.run_task(task, models=("jcm",), phases=(), relaxation=True, cycles=1)
     assert [row["message"] for row in rows] == ["", ""]
-    assert rows[1]["slip_scene"] < 1e-4
+    assert rows[1]["slip_scene"] < slip
     assert rows[1]["aperture_off"] < 1e-5

@@ -99,6 +99,8 @@ module implicit_m
    integer, parameter :: easy_pseudo = 22
    !> Steps found in a row after one that was not, before the drag falls again
    integer, parameter :: in_a_row = 2
+   !> Corners are not pressed back to a greater part of their depth than this
+   real(wp), parameter :: gentlest = 0.9_wp
    !> A step that leaves less than this part of the unbalanced force ratio is followed by a try without drag
    real(wp), parameter :: calm = 0.5_wp
 
@@ -278,8 +280,7 @@ contains
       deallocate (way%before_turn)
    end subroutine forget_turn
 
-   !> At rest: hold the corners that have come into each other, and press them back bit by bit in the same increment, as far as
-   !> there is rest.
+   !> At rest: hold the corners that have come into each other, and press them back in the same increment.
    subroutine hold_corners(self, model, increment, state, iterations)
       type(implicit_solver_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -287,13 +288,24 @@ contains
       type(state_t), intent(inout) :: state
       !> Those of the increment, to which this adds
       integer, intent(inout) :: iterations
+
+      if (size(model%corners%stiffness) == 0) return
+      call choose_sides(self, model, increment, state, iterations)
+      call press_corners(self, model, increment, state, iterations)
+   end subroutine hold_corners
+
+   !> Which sides hold; where one that pressed has let go there is another rest, and what is found there may be another choice.
+   subroutine choose_sides(self, model, increment, state, iterations)
+      type(implicit_solver_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(inout) :: state
+      integer, intent(inout) :: iterations
       type(state_t) :: rest
       type(corner_choices_t) :: before
-      real(wp) :: pressed(2, size(state%u, 2)), tolerance
       integer :: round, more
       logical :: changed, let_go, found
 
-      if (size(model%corners%stiffness) == 0) return
       do round = 1, most_chosen
          before = state%corners
          call decide_corners(model%corners, state%u, state%corners, changed, let_go)
@@ -310,27 +322,53 @@ contains
          call decide_corners(model%corners, state%u, state%corners, changed)
          exit
       end do
-      do round = 1, most_pressed
-         if (.not. any_passed(model%corners, state%corners, state%u)) return
+   end subroutine choose_sides
+
+   !> Press corners that were let pass back, to a part of their depth at a time, as far as there is rest. Where none is found they
+   !> are pressed back by half as many powers of that part, and again by more where it is.
+   subroutine press_corners(self, model, increment, state, iterations)
+      type(implicit_solver_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(newton_increment_t), intent(in) :: increment
+      type(state_t), intent(inout) :: state
+      integer, intent(inout) :: iterations
+      type(state_t) :: rest
+      real(wp) :: before(2, size(state%u, 2)), tolerance, part, onward
+      integer :: pressed, more
+      logical :: found
+
+      part = press_back
+      pressed = 0
+      ! What is pressed further moves on as it has begun to, over so many times the way it came
+      onward = 0.0_wp
+      do while (any_passed(model%corners, state%corners, state%u) .and. part < gentlest .and. pressed < most_pressed)
          rest = state
-         call press_further(state%corners)
-         if (round == 1) self%outdated = .true.
-         ! What is pressed further moves on as it has begun to
-         if (round > 1) state%u = state%u + press_back*(state%u - pressed)
-         pressed = rest%u
+         call press_further(state%corners, part)
+         if (pressed == 0) self%outdated = .true.
+         if (onward > 0.0_wp) state%u = state%u + (1.0_wp - part)*onward*(state%u - before)
          tolerance = model%rest_tolerance()
-         if (round < most_pressed .and. any_passed(model%corners, state%corners, state%u)) tolerance = max(tolerance, while_pressed)
+         if (pressed + 1 < most_pressed .and. any_passed(model%corners, state%corners, state%u)) &
+            tolerance = max(tolerance, while_pressed)
          call evaluate(model, increment, state)
          call equilibrate(self, model, increment, tolerance, state, more, found)
          iterations = iterations + more
-         if (found) cycle
-         state = rest
-         self%outdated = .true.
-         call equilibrate(self, model, increment, model%rest_tolerance(), state, more, found)
-         iterations = iterations + more
-         return
+         if (found) then
+            pressed = pressed + 1
+            before = rest%u
+            onward = part/(1.0_wp - part)
+            part = max(press_back, part**2)
+         else
+            state = rest
+            self%outdated = .true.
+            if (allocated(self%failure)) return
+            onward = 0.0_wp
+            part = sqrt(part)
+         end if
       end do
-   end subroutine hold_corners
+      ! What has been found last may have been near rest only
+      call equilibrate(self, model, increment, model%rest_tolerance(), state, more, found)
+      iterations = iterations + more
+   end subroutine press_corners
 
    !> Rock has broken: rest at the same loads, of which those that the increment brought on are all there.
    subroutine rest_again(self, model, state, ending)
