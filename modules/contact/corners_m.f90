@@ -14,13 +14,13 @@
 !> fracture that slips more at the crossing goes through and the lesser depth b is held, by the energy K/2 (b - b0)^2; of two
 !> alike both are. Less and more are of what has slipped in the stage: what an earlier one has left may be more than a drive has
 !> moved by its first increment. This is decided at rest (decide_corners), and remembered until P has come out of Q or is driven
-!> against the side that holds (turn_corners). b0 is first
-!> b at that rest, which no choice disturbs; from there it falls to a quarter at a time as far as there is rest. While nothing
-!> is decided the corners are free, so that the choice does not know of meshes or of the way to equilibrium, and what is held is
-!> convex: a force from the lesser of both depths at every moment would make points balance on each other, an equilibrium that
-!> is none. All is of second degree: slip is proportional to load. K is of the order of the stiffness of the rock at a node,
-!> whatever the size of the elements. Beyond half an element walls face each other (wall_contact_m) and the corner lets go.
-!> Directions are those before any motion.
+!> against the side that holds (turn_corners). What is to turn once more stands point against point, and holds at both sides.
+!> b0 is first b at that rest, which no choice disturbs; from there it falls to a quarter at a time as far as there is
+!> rest. While nothing is decided the corners are free, so that the choice does not know of meshes or of the way to
+!> equilibrium, and what is held is convex: a force from the lesser of both depths at every moment would make points
+!> balance on each other, an equilibrium that is none. All is of second degree: slip is proportional to load. K is of the
+!> order of the stiffness of the rock at a node, whatever the size of the elements. Beyond half an element walls face each
+!> other (wall_contact_m) and the corner lets go. Directions are those before any motion.
 module corners_m
    use kinds_m, only: wp
    use crossings_m, only: corners_t
@@ -35,6 +35,8 @@ module corners_m
       real(wp), allocatable :: passed(:, :)
       !> Depths behind both sides when the stage began (2, pairs) [m]
       real(wp), allocatable :: stage_depth(:, :)
+      !> Times that the side that holds has turned since P came into Q, or since the stage began (pairs)
+      integer, allocatable :: turns(:)
       !> Is the closure between the corners kept as it is, and what is it then (2, pairs) [m]? See keep_closure
       logical :: closure_kept = .false.
       real(wp), allocatable :: closure(:, :)
@@ -74,6 +76,7 @@ contains
       type(corner_choices_t), intent(out) :: choices
 
       choices%held = merge(both, free, corners%wide)
+      allocate (choices%turns(size(corners%wide)), source=0)
       allocate (choices%passed(2, size(corners%wide)), choices%stage_depth(2, size(corners%wide)), &
                 choices%closure(2, size(corners%wide)), source=0.0_wp)
    end subroutine init_choices
@@ -316,6 +319,7 @@ contains
       type(corner_choices_t), intent(inout) :: choices
       integer :: p
 
+      choices%turns = 0
       do p = 1, size(corners%stiffness)
          choices%stage_depth(:, p) = matmul(way(corners, p, u), corners%inward(:, :, p))
       end do
@@ -357,6 +361,7 @@ contains
          ! A side that stays goes on with its force
          if (choices%held(p) /= both .or. held == free) choices%passed(:, p) = max(0.0_wp, depth)
          choices%held(p) = held
+         if (held == free) choices%turns(p) = 0
       end do
    end subroutine decide_corners
 
@@ -385,6 +390,8 @@ contains
             if (given <= max(before(other), depth(other), none) .and. &
                 more <= max(depth(other) - before(other), none)) cycle
             held = other
+            choices%turns(p) = choices%turns(p) + 1
+            if (choices%turns(p) > 1) held = both
          end associate
          turned = .true.
          choices%passed(:, p) = max(0.0_wp, before)
@@ -402,7 +409,7 @@ contains
       real(wp) :: driven(2)
 
       held = choices%held(p)
-      if (held /= both) return
+      if (held /= both .or. choices%turns(p) > 1) return
       driven = max(depth - choices%passed(:, p), least_depth*corners%reach(p)/max(1.0_wp, corners%factor))
       if (driven(1) > clearly*driven(2)) held = 2
       if (driven(2) > clearly*driven(1)) held = 1
@@ -424,6 +431,7 @@ contains
             if (any(before%node(:, old) /= parent(corners%node(:, p))) .or. corners%wide(p)) cycle
             choices%held(p) = chosen%held(old)
             choices%passed(:, p) = chosen%passed(:, old)
+            choices%turns(p) = chosen%turns(old)
             choices%stage_depth(:, p) = chosen%stage_depth(:, old)
          end do
       end do

@@ -88,6 +88,7 @@ contains
       call file%keep('corners', state%corners%held, errors)
       call file%keep('corners_passed', state%corners%passed, errors)
       call file%keep('corners_stage_depth', state%corners%stage_depth, errors)
+      call file%keep('corners_turns', state%corners%turns, errors)
       call file%keep_if_any('corner_force', state%corner_force, errors)
       if (model%solver /= solver_explicit) return
       allocate (closure(2, 0))

@@ -45,6 +45,8 @@ module implicit_m
       !> Have corners turned to their other sides in this increment, and what did they hold before (while rest is sought so)?
       logical :: turned = .false.
       type(corner_choices_t), allocatable :: before_turn
+      !> Increments without rest since the last one that found it
+      integer :: failed = 0
       !> Is rest sought in pseudo-time? Displacement where that began (2, nodes) [m], steps so far
       logical :: in_pseudo_time = .false.
       real(wp), allocatable :: began(:, :)
@@ -99,6 +101,8 @@ module implicit_m
    integer, parameter :: easy_pseudo = 22
    !> Steps found in a row after one that was not, before the drag falls again
    integer, parameter :: in_a_row = 2
+   !> Where more increments in a row find no rest corners choose anew
+   integer, parameter :: most_failed = 1
    !> Corners are not pressed back to a greater part of their depth than this
    real(wp), parameter :: gentlest = 0.9_wp
    !> A step that leaves less than this part of the unbalanced force ratio is followed by a try without drag
@@ -219,6 +223,7 @@ contains
       if (ending == end_again) return
       if (found) then
          self%way%turned = .false.
+         self%way%failed = 0
          if (allocated(self%way%before_turn)) deallocate (self%way%before_turn)
          call hold_corners(self, model, self%way%increment, state, iterations)
          call account_increment(model, self%way%increment%start, state)
@@ -229,23 +234,25 @@ contains
          return
       end if
       call give_up_increment(self, self%way%increment, state)
-      ending = end_again
+      ending = merge(end_linear, end_again, allocated(self%failure))
+      if (ending == end_linear) return
       ! No rest with corners turned: then as they were
-      if (allocated(self%way%before_turn) .and. .not. allocated(self%failure)) then
+      if (allocated(self%way%before_turn)) then
          state%corners = self%way%before_turn
          deallocate (self%way%before_turn)
          return
       end if
-      ! Points that were chosen to hold each other may stand in the way: they choose anew at the rest without them
-      if (any_chosen(model%corners, state%corners) .and. .not. allocated(self%failure)) then
+      shortest_cut = 0.5_wp**model%deck%implicit%largest_cut*state%guess%slip_part
+      self%way%failed = self%way%failed + 1
+      ! Corners that hold may stand in the way of half the increment too: they choose anew at the rest without them
+      if (any_chosen(model%corners, state%corners) .and. &
+          (self%way%failed > most_failed .or. 0.5_wp*state%guess%part < shortest_cut)) then
          call free_choices(model%corners, state%corners)
          return
       end if
       self%way%turned = .false.
       state%guess%part = 0.5_wp*state%guess%part
-      if (allocated(self%failure)) ending = end_linear
-      shortest_cut = 0.5_wp**model%deck%implicit%largest_cut*state%guess%slip_part
-      if (allocated(self%failure) .or. state%guess%part >= shortest_cut) return
+      if (state%guess%part >= shortest_cut) return
       call start_following(self%way, self%way%duration, state)
       state%guess%move_part = 0.0_wp
       state%guess%part = shortest_cut

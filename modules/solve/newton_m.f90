@@ -330,9 +330,9 @@ contains
    end subroutine shorten
 
    !> Take the step, or the longest half, quarter, ... of it that reduces the unbalanced force, or lets it rise no further than
-   !> the bound without going far beyond the least of the work along the step; in rock that can break also one
-   !> that comes near that least: bonds that load where the matrix has them unload, or the other way round, are known to the
-   !> next matrix. A kept matrix gets one try. Without success the state is where it was.
+   !> the bound without going far beyond the least of the work along the step, or that comes near that least: walls that press where
+   !> the matrix has them open, bonds that load where it has them unload, or the other way round, are known to the next matrix.
+   !> A kept matrix gets one try. Without success the state is where it was.
    subroutine search_line(self, model, increment, bound, fresh, step, state, residual, unbalanced, left, taken)
       class(newton_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -369,7 +369,7 @@ contains
          taken = unbalanced <= (bound - sufficient*share)*before
          if (tells) left = dot_product(residual, step)/work
          if (has_corners .and. unbalanced > before) taken = taken .and. tells .and. abs(left) <= most_work
-         if (model%can_break .and. tells) taken = taken .or. (abs(left) <= least_work .and. unbalanced <= highest_rise*before)
+         if (tells) taken = taken .or. (abs(left) <= least_work .and. unbalanced <= highest_rise*before)
          if (taken) then
             if (halvings > 0) left = 0.0_wp
             step = share*step

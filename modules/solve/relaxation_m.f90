@@ -51,8 +51,8 @@ module relaxation_m
       integer :: least_at = 0
       !> Peaks of the kinetic energy since then
       integer :: peaks = 0
-      !> Part of its velocity that a node loses in a step
-      real(wp) :: loss = 0.0_wp
+      !> How motion is damped (see losses), and step from which on
+      integer :: damping = 1, damped_from = 0
    contains
       procedure :: look
    end type way_t
@@ -68,11 +68,12 @@ module relaxation_m
    !> The closure at corners is found anew when the unbalanced force ratio has fallen to this part since it was found last
    real(wp), parameter :: refresh = 0.1_wp
    !> When the unbalanced force ratio has not fallen below this part of its least in so many steps, but the kinetic energy has
-   !> passed so many peaks, motion is damped; in so many steps the increment is halved
+   !> passed so many peaks, motion is damped otherwise; in so many steps the increment is halved
    real(wp), parameter :: nearer = 0.9_wp
    integer, parameter :: undamped = 1500, swings = 10, patience = 10000
-   !> Part of its velocity that a node then loses in a step
-   real(wp), parameter :: viscous = 0.05_wp
+   !> Parts of its velocity that a node loses in a step, each tried after the one before: what swings about its rest wants much,
+   !> what creeps there under much little or none
+   real(wp), parameter :: losses(3) = [0.0_wp, 0.05_wp, 0.005_wp]
    !> Kinetic energy that only an unstable motion has [J per m]; its square is still a number
    real(wp), parameter :: absurd_energy = 1.0e100_wp
 
@@ -307,7 +308,7 @@ contains
             call way%look(step, unbalanced)
             if (step - way%least_at > patience .and. may_be_halved(way%peaks, pressed, duration, place%part)) exit
          end if
-         call push_nodes(model%loads%fixed, mass, before <= 0.0_wp, way%loss, state, v, kinetic)
+         call push_nodes(model%loads%fixed, mass, before <= 0.0_wp, losses(way%damping), state, v, kinetic)
          ! A comparison with NaN is false
          if (.not. kinetic < absurd_energy) exit
          if (kinetic < before) then
@@ -370,7 +371,7 @@ contains
       call keep_closure(model%corners, state%u, state%corners)
    end subroutine take_corners_back
 
-   !> Has the unbalanced force come nearer to balance? Motion that does not is damped.
+   !> Has the unbalanced force come nearer to balance? Motion that does not is damped otherwise.
    pure subroutine look(self, step, unbalanced)
       class(way_t), intent(inout) :: self
       integer, intent(in) :: step
@@ -382,7 +383,10 @@ contains
          self%least_at = step
          self%peaks = 0
       end if
-      if (step - self%least_at > undamped .and. self%peaks >= swings) self%loss = viscous
+      if (step - max(self%least_at, self%damped_from) > undamped .and. self%peaks >= swings) then
+         self%damping = mod(self%damping, size(losses)) + 1
+         self%damped_from = step
+      end if
    end subroutine look
 
    !> May half the increment find rest? Not where a block goes its way without a swing, while corners are pressed back, nor where

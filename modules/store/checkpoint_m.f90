@@ -15,7 +15,7 @@ module checkpoint_m
    public :: text_hash, numbers_hash
 
    !> Layout of the file; raise it when what is saved changes meaning
-   integer, parameter :: format_version = 9
+   integer, parameter :: format_version = 10
 
    !> What a checkpoint must agree with beside the deck (deck_record_m): the same mesh, in size and content
    type, public :: fingerprint_t
