@@ -104,7 +104,7 @@ def test_relaxation_presses_corners_back_as_the_implicit_solver_does(seed, slip,
     ("seed", "phases"), [(0, ("phase_2b",)), (6, ("phase_2b",)), (9, ("phase_2b",)), (16, ())]
 )
 def test_slips_by_relaxation_are_those_of_the_implicit_solver(seed, phases, femdem):
-    """In ten increments. Corners that let go at once where they stand in the way of rest made it 0.13 (seed 0), presses that gave up
+    """In ten increments. Corners let go at once where they stand in the way of rest made it 0.13 (seed 0), presses that gave up
     0.04 (6), corners that turned in each increment 0.06 (9) and 0.31 (16); with one damping seed 0 did not come to rest."""
     assert str(femdem) == program()
     (task,) = networks.generated([seed], [0.05])
