@@ -45,8 +45,6 @@ module implicit_m
       !> Have corners turned to their other sides in this increment, and what did they hold before (while rest is sought so)?
       logical :: turned = .false.
       type(corner_choices_t), allocatable :: before_turn
-      !> Increments without rest since the last one that found it
-      integer :: failed = 0
       !> Is rest sought in pseudo-time? Displacement where that began (2, nodes) [m], steps so far
       logical :: in_pseudo_time = .false.
       real(wp), allocatable :: began(:, :)
@@ -101,8 +99,8 @@ module implicit_m
    integer, parameter :: easy_pseudo = 22
    !> Steps found in a row after one that was not, before the drag falls again
    integer, parameter :: in_a_row = 2
-   !> Where more increments in a row find no rest corners choose anew
-   integer, parameter :: most_failed = 1
+   !> With corners held rest is not sought for more steps where rock cannot break
+   integer, parameter :: most_steps_held = 100
    !> Corners are not pressed back to a greater part of their depth than this
    real(wp), parameter :: gentlest = 0.9_wp
    !> A step that leaves less than this part of the unbalanced force ratio is followed by a try without drag
@@ -124,7 +122,7 @@ contains
       type(error_list_t), intent(inout) :: errors
       !> Start and end as parts of the cycle; all of it when not given
       real(wp), intent(in), optional :: of_cycle(2)
-      integer :: ending
+      integer :: ending, most_steps
       logical :: broken
 
       call enter_stage(self, model, stage, cycle, log, state, errors)
@@ -139,7 +137,10 @@ contains
       end if
       do while (self%way%done < self%way%until)
          if (self%way%in_pseudo_time) then
-            call follow(self, model, state, report%breaks, ending)
+            most_steps = model%deck%implicit%max_pseudo_steps
+            if (may_choose_anew(model, state)) most_steps = min(most_steps, most_steps_held)
+            call follow(self, model, most_steps, state, report%breaks, ending)
+            if (any(ending == [end_far, end_stuck, end_long])) call let_corners_choose_anew(self, model, state, ending)
          else if (broken) then
             call rest_again(self, model, state, ending)
          else
@@ -223,7 +224,6 @@ contains
       if (ending == end_again) return
       if (found) then
          self%way%turned = .false.
-         self%way%failed = 0
          if (allocated(self%way%before_turn)) deallocate (self%way%before_turn)
          call hold_corners(self, model, self%way%increment, state, iterations)
          call account_increment(model, self%way%increment%start, state)
@@ -243,13 +243,6 @@ contains
          return
       end if
       shortest_cut = 0.5_wp**model%deck%implicit%largest_cut*state%guess%slip_part
-      self%way%failed = self%way%failed + 1
-      ! Corners that hold may stand in the way of half the increment too: they choose anew at the rest without them
-      if (any_chosen(model%corners, state%corners) .and. &
-          (self%way%failed > most_failed .or. 0.5_wp*state%guess%part < shortest_cut)) then
-         call free_choices(model%corners, state%corners)
-         return
-      end if
       self%way%turned = .false.
       state%guess%part = 0.5_wp*state%guess%part
       if (state%guess%part >= shortest_cut) return
@@ -414,7 +407,8 @@ contains
       self%way%in_pseudo_time = .false.
       call start_increment_at(model, self%way%level, 0.0_wp, state, self%way%increment)
       call rest_again(self, model, state, ending)
-      if (ending == end_again) call follow(self, model, state, report%breaks, ending)
+      if (ending == end_again) &
+         call follow(self, model, model%deck%implicit%max_pseudo_steps, state, report%breaks, ending)
       report%interrupted = ending == end_again
       if (report%interrupted) return
       if (ending /= end_rest) call give_up_cycle(self, model, stage, cycle, ending, state, report, errors)
@@ -457,9 +451,11 @@ contains
    !> Follow the rock in pseudo-time to where it comes to rest: steps of Newton's method in which a drag proportional to the
    !> rock's stiffness resists the motion of each step. What a real crack gives to motion, the drag takes up. It is heavy at
    !> first and becomes lighter as steps are found easily. Rock may break after each step.
-   subroutine follow(self, model, state, breaks, ending)
+   subroutine follow(self, model, most_steps, state, breaks, ending)
       type(implicit_solver_t), intent(inout) :: self
       type(model_t), intent(in) :: model
+      !> Steps on the way at the most
+      integer, intent(in) :: most_steps
       type(state_t), intent(inout) :: state
       !> Rock that breaks on the way
       type(breaks_t), intent(inout) :: breaks
@@ -471,7 +467,7 @@ contains
       logical :: stepped, free, found
 
       ending = end_long
-      do while (self%way%step < model%deck%implicit%max_pseudo_steps)
+      do while (self%way%step < most_steps)
          if (stop_wanted()) then
             ending = end_again
             return
@@ -525,6 +521,32 @@ contains
          if (ending == end_broken) return
       end do
    end subroutine follow
+
+   !> No rest by any way: corners that hold may stand in it. Rock that cannot break goes back to its last rest, and on without them;
+   !> they choose anew at the next one.
+   subroutine let_corners_choose_anew(self, model, state, ending)
+      type(implicit_solver_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(state_t), intent(inout) :: state
+      !> As it was, or end_again
+      integer, intent(inout) :: ending
+
+      if (.not. may_choose_anew(model, state)) return
+      ending = end_again
+      call give_up_increment(self, self%way%increment, state)
+      call free_choices(model%corners, state%corners)
+      self%way%in_pseudo_time = .false.
+      state%guess%part = 0.5_wp**model%deck%implicit%largest_cut*state%guess%slip_part
+      state%guess%move_part = 0.0_wp
+   end subroutine let_corners_choose_anew
+
+   !> Are there corners that may be let go for want of rest? Where rock has broken there is no going back.
+   pure logical function may_choose_anew(model, state)
+      type(model_t), intent(in) :: model
+      type(state_t), intent(in) :: state
+
+      may_choose_anew = .not. model%can_break .and. any_chosen(model%corners, state%corners)
+   end function may_choose_anew
 
    !> Has rock that cannot break moved so far on the way to rest that nothing holds it? Fragments may.
    pure logical function has_collapsed(model, began, state)
