@@ -2,6 +2,7 @@
 
 import subprocess
 
+import h5py
 import numpy as np
 import pytest
 
@@ -9,6 +10,7 @@ import networks
 from femdem.network.traces import read_traces, write_traces
 from junctions import program
 from make_network import draw_network
+from scene_restart import go_on, kill_midway, same_tables
 
 pytestmark = pytest.mark.xdist_group("networks")
 SEEDS = range(20)
@@ -99,6 +101,24 @@ def test_relaxation_presses_corners_back_as_the_implicit_solver_does(seed, slip,
     assert [row["message"] for row in rows] == ["", ""]
     assert rows[1]["slip_scene"] < slip
     assert rows[1]["aperture_off"] < 1e-5
+
+
+@pytest.mark.fast
+def test_corners_that_have_turned_remember_it_after_a_restart(femdem, tmp_path, monkeypatch):
+    """Seed 16: one corner turns in the fourth increment and would turn back in the fifth."""
+    assert str(femdem) == program()
+    monkeypatch.setenv("FEMDEM", str(femdem))
+    (task,) = networks.generated([16], [0.05])
+    rows = networks.run_task(task, models=("jcm",), phases=(), folder=tmp_path)
+    assert [row["message"] for row in rows] == [""]
+    whole = tmp_path / "jcm_implicit_phase_1"
+    with h5py.File(whole / "checkpoint.h5") as file:
+        assert file["corners_turns"][:].max() > 1
+    deck = tmp_path / "jcm_implicit_phase_1.nml"
+    deck.write_text(deck.read_text(encoding="utf-8") + "&output checkpoint_minutes = 0 /\n", encoding="utf-8")
+    killed = kill_midway(tmp_path, deck.name, "history.csv", 5)
+    go_on(tmp_path, deck.name, killed)
+    same_tables(whole, killed, "history.csv", "edges.csv")
 
 
 @pytest.mark.fast

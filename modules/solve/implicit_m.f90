@@ -324,19 +324,22 @@ contains
       end do
    end subroutine choose_sides
 
-   !> Press corners that were let pass back, to a part of their depth at a time, as far as there is rest. Where none is found they
-   !> are pressed back by half as many powers of that part, and again by more where it is.
+   !> Press corners that were let pass back, to a part of their depth at a time, as far as there is rest. Where none is found the
+   !> root of that part is tried, and its square again where one is.
    subroutine press_corners(self, model, increment, state, iterations)
       type(implicit_solver_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(newton_increment_t), intent(in) :: increment
       type(state_t), intent(inout) :: state
       integer, intent(inout) :: iterations
-      type(state_t) :: rest
+      ! Before corners were pressed, and before they were pressed the last time
+      type(state_t) :: unpressed, rest
       real(wp) :: before(2, size(state%u, 2)), tolerance, part, onward
       integer :: pressed, more
       logical :: found
 
+      if (.not. any_passed(model%corners, state%corners, state%u)) return
+      unpressed = state
       part = press_back
       pressed = 0
       ! What is pressed further moves on as it has begun to, over so many times the way it came
@@ -360,7 +363,7 @@ contains
          else
             state = rest
             self%outdated = .true.
-            if (allocated(self%failure)) return
+            if (allocated(self%failure)) exit
             onward = 0.0_wp
             part = sqrt(part)
          end if
@@ -368,6 +371,9 @@ contains
       ! What has been found last may have been near rest only
       call equilibrate(self, model, increment, model%rest_tolerance(), state, more, found)
       iterations = iterations + more
+      if (found) return
+      state = unpressed
+      self%outdated = .true.
    end subroutine press_corners
 
    !> Rock has broken: rest at the same loads, of which those that the increment brought on are all there.
